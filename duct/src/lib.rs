@@ -1,0 +1,20 @@
+//! Geometry of rectangular air ducts, and nothing else: no physics, no light, no robot.
+//!
+//! A duct network is a set of **convex cells with planar faces** joined by **portals**. In the order in which one is made:
+//!
+//! - [`cell`]: the convex cell, its faces, portals and the solids that stand in it;
+//! - [`fitting`]: straight, mitred elbow, radius elbow, each as cells and as a piece of the centreline;
+//! - [`network`]: fittings joined port to port; which cell holds a point, what a ray meets;
+//! - [`centreline`]: the reference path: distance along it, lateral and heading error.
+//!
+//! Frames and units: SI, radians, x forward, y left, z up. A fitting's own frame has its origin on the floor in the middle of
+//! the entry port, x pointing into the fitting. World is the frame of the first fitting's entry.
+#![forbid(unsafe_code)]
+
+pub mod cell;
+pub mod centreline;
+pub mod fitting;
+pub mod network;
+
+/// Rigid transform; named `to_from` wherever it occurs.
+pub type Transform = nalgebra::Isometry3<f64>;

@@ -1,0 +1,6 @@
+//! The robot's own code.
+#![forbid(unsafe_code)]
+
+pub mod angle;
+pub mod messages;
+pub mod rig;

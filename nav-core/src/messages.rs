@@ -1,0 +1,65 @@
+//! What passes between the robot's body and its navigator: frames, encoder counts, mount angles and time one way, commands
+//! the other. Nothing else does.
+
+use crate::rig::MountAngles;
+
+/// Physics ticks since the start of the run. There is no other clock.
+pub type Tick = u64;
+
+/// The grey values of a frame, row by row from the top left.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Pixels<'a> {
+    /// 8 bits a pixel.
+    Grey8(&'a [u8]),
+    /// Up to 16 bits a pixel.
+    Grey16(&'a [u16]),
+}
+
+/// One camera frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame<'a> {
+    /// Columns.
+    pub width_px: usize,
+    /// Rows.
+    pub height_px: usize,
+    /// `width_px * height_px` values.
+    pub pixels: Pixels<'a>,
+}
+
+/// Encoder counts since power-on, of each side's motor. Forward is positive on both sides.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Left motor.
+    pub left: i64,
+    /// Right motor.
+    pub right: i64,
+}
+
+/// A value for each side of the robot.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sides {
+    /// Left.
+    pub left: f64,
+    /// Right.
+    pub right: f64,
+}
+
+/// What the command controller asks of the body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Command {
+    /// Wheel speeds to hold, in rad/s at the wheel.
+    pub wheel_speed_rad_s: Sides,
+    /// Mount angles to go to.
+    pub mount: MountAngles,
+    /// Exposure of the next frame, in seconds; `None` leaves it as it is.
+    pub exposure_s: Option<f64>,
+    /// Laser power from the next frame on, as a share of the nominal power; `None` leaves it as it is.
+    pub laser_power: Option<f64>,
+}
+
+impl Command {
+    /// Stand still, with the mount at `mount`.
+    pub fn stop(mount: MountAngles) -> Self {
+        Self { wheel_speed_rad_s: Sides::default(), mount, exposure_s: None, laser_power: None }
+    }
+}

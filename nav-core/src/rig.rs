@@ -1,0 +1,188 @@
+//! The structured-light rig: one camera on a pan-tilt mount, and the laser planes that turn with it.
+//!
+//! These are *parameters* only. The renderer projects with them and the navigator triangulates with them, each by its own
+//! code, so that a sign wrong in one of the two shows up as an error instead of cancelling itself.
+
+use nalgebra::{Matrix3, Point3, Rotation3, Translation3, Unit, Vector3};
+
+use crate::angle::{rotation_about_x, rotation_about_y, rotation_about_z};
+
+/// Rigid transform between two of the robot's frames.
+pub type Transform = nalgebra::Isometry3<f64>;
+
+/// A pinhole camera.
+///
+/// Camera frame: x toward increasing column u, y toward increasing row v, z along the view. Pixel (0, 0) is the *centre* of
+/// the first pixel, so the image covers u from -0.5 to `width_px - 0.5`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// Columns of the image.
+    pub width_px: usize,
+    /// Rows of the image.
+    pub height_px: usize,
+    /// Focal length along u and v, in pixels.
+    pub focal_px: [f64; 2],
+    /// Principal point (u, v), in pixels.
+    pub centre_px: [f64; 2],
+}
+
+/// Where the camera stands on the robot, and where the mount points it.
+///
+/// `base_from_camera = T(position) Rz(pan) Ry(tilt) L Rz(roll)` with L = [[0, 0, 1], [-1, 0, 0], [0, -1, 0]]: negative pan
+/// looks right, positive tilt looks down.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mount {
+    /// The camera's centre, which is also where the pan and tilt axes meet, in the base frame, in metres.
+    pub position_in_base_m: Point3<f64>,
+    /// Rotation of the camera about its own line of sight, in radians. Part of how it is bolted on, not driven.
+    pub roll_rad: f64,
+    /// The pan and tilt at which the mount is held unless it is commanded otherwise.
+    pub rest: MountAngles,
+}
+
+/// Pan and tilt of the mount.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MountAngles {
+    /// Anticlockwise from above, in radians: negative looks right.
+    pub pan_rad: f64,
+    /// In radians: positive looks down.
+    pub tilt_rad: f64,
+}
+
+/// A laser slit: a plane of light that leaves its source as a fan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Laser {
+    /// The name by which scenarios speak of it: `low`, `high`, `left`, `right`.
+    pub name: String,
+    /// Unit normal n of the plane n . p = d, in the camera frame.
+    pub normal_in_camera: Unit<Vector3<f64>>,
+    /// Distance d of the plane from the camera's centre along the normal, in metres. Never zero: such a plane shows no depth.
+    pub offset_m: f64,
+    /// The fan's apex, a point of the plane, in the camera frame, in metres.
+    pub source_in_camera: Point3<f64>,
+    /// Full opening angle of the fan, in radians, centred on the direction in the plane nearest to the line of sight.
+    pub fan_rad: f64,
+}
+
+/// How thick the slits' light is: full width at half maximum `width_m + growth_rad * distance`, distance from the source.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LineWidth {
+    /// Full width at half maximum at the source, in metres.
+    pub width_m: f64,
+    /// Growth of the width with distance, in radians (metres a metre).
+    pub growth_rad: f64,
+}
+
+/// Camera, mount and lasers together. A run has two of these: the true one, which renders, and the nominal one, which
+/// navigates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rig {
+    /// The camera.
+    pub camera: Camera,
+    /// Where it stands and points.
+    pub mount: Mount,
+    /// The laser slits, in the order in which stripes are numbered.
+    pub lasers: Vec<Laser>,
+    /// The slits' thickness.
+    pub line: LineWidth,
+}
+
+impl Mount {
+    /// The pose of the camera in the base frame for given mount angles (the formula is the type's own).
+    pub fn base_from_camera(&self, angles: MountAngles) -> Transform {
+        let optical = Rotation3::from_matrix_unchecked(Matrix3::new(0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0));
+        let rotation =
+            rotation_about_z(angles.pan_rad) * rotation_about_y(angles.tilt_rad) * optical * rotation_about_z(self.roll_rad);
+        Transform::from_parts(Translation3::from(self.position_in_base_m.coords), rotation.into())
+    }
+}
+
+impl LineWidth {
+    /// Full width at half maximum at `distance_m` from the source, in metres.
+    pub fn at(&self, distance_m: f64) -> f64 {
+        self.width_m + self.growth_rad * distance_m
+    }
+}
+
+/// Why a rig cannot work.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RigError {
+    /// The image is too small or too large to work with.
+    #[error("the image is {width_px} x {height_px} pixels; it must be between 16 x 16 and 8192 x 8192")]
+    ImageSize {
+        /// Columns.
+        width_px: usize,
+        /// Rows.
+        height_px: usize,
+    },
+    /// The focal length is not a positive number.
+    #[error("the focal length is {0:?} px; both must be positive")]
+    Focal([f64; 2]),
+    /// There are no lasers.
+    #[error("the rig has no laser")]
+    NoLaser,
+    /// The laser's plane passes through the camera's centre.
+    #[error(
+        "the plane of laser `{laser}` passes {offset_mm:.3} mm from the camera's centre: its stripe shows no depth; at least 1 mm is needed"
+    )]
+    PlaneThroughCamera {
+        /// The laser's name.
+        laser: String,
+        /// The plane's distance from the camera.
+        offset_mm: f64,
+    },
+    /// The fan's apex does not lie on the laser's plane.
+    #[error("the source of laser `{laser}` lies {off_plane_mm:.3} mm off its plane")]
+    SourceOffPlane {
+        /// The laser's name.
+        laser: String,
+        /// How far off.
+        off_plane_mm: f64,
+    },
+}
+
+impl Rig {
+    /// Checks what every user of a rig relies on.
+    ///
+    /// # Errors
+    /// The first rule that does not hold.
+    pub fn validate(&self) -> Result<(), RigError> {
+        let Camera { width_px, height_px, focal_px, .. } = self.camera;
+        if !(16..=8192).contains(&width_px) || !(16..=8192).contains(&height_px) {
+            return Err(RigError::ImageSize { width_px, height_px });
+        }
+        if !focal_px.iter().all(|f| *f > 0.0 && f.is_finite()) {
+            return Err(RigError::Focal(focal_px));
+        }
+        if self.lasers.is_empty() {
+            return Err(RigError::NoLaser);
+        }
+        for laser in &self.lasers {
+            if laser.offset_m.abs() < 1e-3 {
+                return Err(RigError::PlaneThroughCamera { laser: laser.name.clone(), offset_mm: laser.offset_m * 1e3 });
+            }
+            let off_plane = laser.normal_in_camera.dot(&laser.source_in_camera.coords) - laser.offset_m;
+            if off_plane.abs() > 1e-4 {
+                return Err(RigError::SourceOffPlane { laser: laser.name.clone(), off_plane_mm: off_plane * 1e3 });
+            }
+        }
+        Ok(())
+    }
+
+    /// This rig as it truly is when it was bolted together badly: the mount's pan and tilt misread, and one laser's plane
+    /// turned about the axis of its own that is nearest to the camera's x.
+    pub fn with_mount_error(mut self, pan_rad: f64, tilt_rad: f64, roll_rad: f64) -> Self {
+        self.mount.rest.pan_rad += pan_rad;
+        self.mount.rest.tilt_rad += tilt_rad;
+        self.mount.roll_rad += roll_rad;
+        self
+    }
+
+    /// This rig with the plane of laser `index` turned by `angle_rad` about the camera's x axis through the laser's source.
+    pub fn with_plane_turned(mut self, index: usize, angle_rad: f64) -> Self {
+        let laser = &mut self.lasers[index];
+        laser.normal_in_camera = Unit::new_normalize(rotation_about_x(angle_rad) * laser.normal_in_camera.into_inner());
+        laser.offset_m = laser.normal_in_camera.dot(&laser.source_in_camera.coords);
+        self
+    }
+}

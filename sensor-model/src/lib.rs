@@ -1,0 +1,3 @@
+//! What the camera would see.
+#![forbid(unsafe_code)]
+pub mod optics;

@@ -1,0 +1,3 @@
+//! Physics.
+#![forbid(unsafe_code)]
+pub mod spec;

@@ -1,0 +1,102 @@
+//! The numbers that make the robot's body. The paper gives none of them: every value of [`RobotSpec::incra1`] is an
+//! assumption, chosen so that the robot fits a 0.3 m duct and turns on the spot in a 0.5 m one.
+
+/// The body: chassis, wheels, drive, encoders. Lengths in metres, base frame (on the floor, midway between the wheels).
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotSpec {
+    /// Mass of the whole robot, wheels included, in kg.
+    pub mass_kg: f64,
+    /// Distance L between front and rear axles.
+    pub wheelbase_m: f64,
+    /// Distance W between the middles of left and right wheels.
+    pub track_m: f64,
+    /// Wheel radius.
+    pub wheel_radius_m: f64,
+    /// Wheel width.
+    pub wheel_width_m: f64,
+    /// Mass of one wheel, in kg.
+    pub wheel_mass_kg: f64,
+    /// Length, width, height of the chassis box.
+    pub chassis_m: [f64; 3],
+    /// x of the chassis' front end.
+    pub nose_m: f64,
+    /// Height of the chassis' underside above the floor.
+    pub ground_clearance_m: f64,
+    /// Height of the robot's highest point, the camera's mast, above the floor.
+    pub highest_m: f64,
+    /// Centre of mass in the base frame, (x, z); it lies on the robot's midplane.
+    pub centre_of_mass_m: [f64; 2],
+    /// Torsional stiffness of the mechanical link between a side's front and rear wheel, in N m/rad.
+    pub link_stiffness_n_m_rad: f64,
+    /// Coefficient of rolling resistance: torque that opposes rolling, as a share of wheel load times wheel radius.
+    pub rolling_resistance: f64,
+    /// The drive of each side.
+    pub drive: DriveSpec,
+}
+
+/// A side's DC servo motor with gear and encoder.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DriveSpec {
+    /// Supply, in V: full duty puts this on the motor.
+    pub supply_v: f64,
+    /// Winding resistance, in ohm.
+    pub resistance_ohm: f64,
+    /// Winding inductance, in H.
+    pub inductance_h: f64,
+    /// Torque constant in N m/A, which is also the back-EMF constant in V s/rad.
+    pub motor_constant: f64,
+    /// Rotor inertia, in kg m2.
+    pub rotor_inertia_kg_m2: f64,
+    /// Motor turns for one wheel turn.
+    pub gear_ratio: f64,
+    /// Share of the motor's torque that the gear passes on while driving.
+    pub gear_efficiency: f64,
+    /// Coulomb friction of gear and bearings, seen at the wheel, in N m.
+    pub coulomb_friction_n_m: f64,
+    /// Encoder counts for one motor turn (lines times four).
+    pub counts_per_motor_turn: u32,
+}
+
+impl RobotSpec {
+    /// INCRA I, as assumed here.
+    pub fn incra1() -> Self {
+        Self {
+            mass_kg: 5.0,
+            wheelbase_m: 0.16,
+            track_m: 0.19,
+            wheel_radius_m: 0.040,
+            wheel_width_m: 0.025,
+            wheel_mass_kg: 0.12,
+            chassis_m: [0.26, 0.16, 0.05],
+            nose_m: 0.16,
+            ground_clearance_m: 0.025,
+            highest_m: 0.175,
+            centre_of_mass_m: [0.0, 0.055],
+            link_stiffness_n_m_rad: 100.0,
+            rolling_resistance: 0.01,
+            drive: DriveSpec {
+                supply_v: 24.0,
+                resistance_ohm: 2.3,
+                inductance_h: 0.24e-3,
+                motor_constant: 0.0233,
+                rotor_inertia_kg_m2: 1.1e-6,
+                gear_ratio: 33.0,
+                gear_efficiency: 0.75,
+                coulomb_friction_n_m: 0.01,
+                counts_per_motor_turn: 2000,
+            },
+        }
+    }
+
+    /// Effective track over geometric track of an ideal skid steer, chi = 1 + (L/W)^2: four point contacts, isotropic Coulomb
+    /// friction, centre of mass in the middle.
+    pub fn chi(&self) -> f64 {
+        let ratio = self.wheelbase_m / self.track_m;
+        1.0 + ratio * ratio
+    }
+
+    /// Metres along the floor for one encoder count.
+    pub fn metres_per_count(&self) -> f64 {
+        std::f64::consts::TAU * self.wheel_radius_m / (self.drive.gear_ratio * f64::from(self.drive.counts_per_motor_turn))
+    }
+}
