@@ -1,6 +1,23 @@
-//! The robot's own code.
+//! The robot's own code: what INCRA I's command controller (CC) and wheel controller (WC) would run.
+//!
+//! In data-flow order:
+//!
+//! - [`messages`]: what comes in (frames, encoder counts, mount angles, time) and what goes out (commands);
+//! - [`rig`]: the camera, the mount and the laser planes, as parameters;
+//! - [`perception`]: a frame to lateral and heading error;
+//! - [`odometry`]: encoder counts to motion;
+//! - [`control`]: errors to a twist;
+//! - [`navigator`]: all of these, once a frame;
+//! - [`wheel_controller`]: wheel speeds to motor duty, at its own rate.
+//!
+//! Mathematics only: no clock, no files, no threads, no randomness. Time is an argument.
 #![forbid(unsafe_code)]
 
 pub mod angle;
+pub mod control;
 pub mod messages;
+pub mod navigator;
+pub mod odometry;
+pub mod perception;
 pub mod rig;
+pub mod wheel_controller;

@@ -1,0 +1,89 @@
+//! Motion of a skid-steered base from its wheels.
+//!
+//! Four wheels, two a side at one speed: turning, they slip sideways, and the base turns slower than an ideal differential
+//! drive of the same track W would, by chi = 1 + (L/W)^2 (isotropic Coulomb friction, centre of mass in the middle).
+
+use crate::control::Twist;
+use crate::messages::{Counts, Sides};
+
+/// What the navigator knows of the drive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriveModel {
+    /// Wheel radius, in metres.
+    pub wheel_radius_m: f64,
+    /// Effective track chi W, in metres.
+    pub effective_track_m: f64,
+    /// Encoder counts for one turn of a wheel.
+    pub counts_per_wheel_turn: f64,
+    /// Time constant with which wheels follow their commanded speed, in seconds.
+    pub lag_s: f64,
+}
+
+impl DriveModel {
+    /// The base's motion at these wheel speeds, in rad/s.
+    pub fn twist(&self, wheels: Sides) -> Twist {
+        Twist {
+            speed_m_s: self.wheel_radius_m * (wheels.left + wheels.right) / 2.0,
+            yaw_rate_rad_s: self.wheel_radius_m * (wheels.right - wheels.left) / self.effective_track_m,
+        }
+    }
+
+    /// The wheel speeds for this motion, in rad/s.
+    pub fn wheels(&self, twist: Twist) -> Sides {
+        let difference = twist.yaw_rate_rad_s * self.effective_track_m / 2.0;
+        Sides {
+            left: (twist.speed_m_s - difference) / self.wheel_radius_m,
+            right: (twist.speed_m_s + difference) / self.wheel_radius_m,
+        }
+    }
+
+    /// Mean wheel speeds between two readings of the encoders, in rad/s.
+    pub fn wheel_speeds(&self, before: Counts, now: Counts, period_s: f64) -> Sides {
+        let scale = std::f64::consts::TAU / (self.counts_per_wheel_turn * period_s);
+        Sides { left: (now.left - before.left) as f64 * scale, right: (now.right - before.right) as f64 * scale }
+    }
+
+    /// Mean wheel speeds over the next `period_s`, when wheels that turn at `now` follow the command `to` with the lag.
+    pub fn approach(&self, now: Sides, to: Sides, period_s: f64) -> Sides {
+        let remaining = if self.lag_s > 0.0 { self.lag_s / period_s * (1.0 - libm::exp(-period_s / self.lag_s)) } else { 0.0 };
+        Sides { left: to.left + (now.left - to.left) * remaining, right: to.right + (now.right - to.right) * remaining }
+    }
+}
+
+/// Offset and heading relative to a straight path, after `period_s` of constant motion.
+///
+/// Exact for an arc of constant twist. Returns (lateral, heading, distance along the path).
+pub fn advance(lateral_m: f64, heading_rad: f64, twist: Twist, period_s: f64) -> (f64, f64, f64) {
+    let turn = twist.yaw_rate_rad_s * period_s;
+    let chord = twist.speed_m_s * period_s * sinc(turn / 2.0);
+    let (s, c) = libm::sincos(heading_rad + turn / 2.0);
+    (lateral_m + chord * s, heading_rad + turn, chord * c)
+}
+
+/// sin(x) / x.
+fn sinc(x: f64) -> f64 {
+    if x.abs() < 1e-6 { 1.0 - x * x / 6.0 } else { libm::sin(x) / x }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DRIVE: DriveModel =
+        DriveModel { wheel_radius_m: 0.04, effective_track_m: 0.325, counts_per_wheel_turn: 66_000.0, lag_s: 0.03 };
+
+    #[test]
+    fn wheels_and_twist_are_inverse() {
+        let twist = Twist { speed_m_s: 0.3, yaw_rate_rad_s: -0.7 };
+        let back = DRIVE.twist(DRIVE.wheels(twist));
+        assert!((back.speed_m_s - 0.3).abs() < 1e-15 && (back.yaw_rate_rad_s + 0.7).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_quarter_circle_ends_beside_its_centre() {
+        // Radius 2 m, a quarter turn to the left in 1 s.
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let (lateral, heading, along) = advance(0.0, 0.0, Twist { speed_m_s: 2.0 * quarter, yaw_rate_rad_s: quarter }, 1.0);
+        assert!((lateral - 2.0).abs() < 1e-12 && (along - 2.0).abs() < 1e-12 && (heading - quarter).abs() < 1e-12);
+    }
+}
