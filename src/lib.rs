@@ -1,1 +1,39 @@
-//! ductloop
+//! ductloop: a physics-simulated, closed-loop testbed for robots that inspect and clean rectangular air ducts.
+//!
+//! A [`scenario`] names a duct, a robot, a sensor and what the run must achieve. The [`closed_loop`] moves the robot's body,
+//! renders what its camera would see, hands that to a [`pilot`], and drives the wheels as it says; [`metrics`] hold the run
+//! against the truth and give the verdict.
+//!
+//! ```no_run
+//! use ductloop::{Pilot, Scenario};
+//!
+//! let scenario = Scenario::read("scenarios/straight.toml".as_ref(), &Default::default())?;
+//! let outcome = ductloop::run(&scenario, Pilot::of(&scenario))?;
+//! println!("{:?}: {:?} m RMS beside the centreline", outcome.verdict, outcome.metrics.lateral_rms_m);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Any [`Navigator`], [`Perception`] or [`ControlLaw`] may take the place of the robot's own: see [`Pilot`].
+#![forbid(unsafe_code)]
+
+pub mod closed_loop;
+mod derived;
+pub mod fault;
+pub mod metrics;
+pub mod pilot;
+pub mod record;
+pub mod run_hash;
+pub mod scenario;
+#[cfg(feature = "wgpu")]
+mod single_run;
+
+pub use ductloop_nav::control::{ControlLaw, PathState, Twist};
+pub use ductloop_nav::messages::{Command, Counts, Frame, Pixels, Sides, Tick};
+pub use ductloop_nav::navigator::Navigator;
+pub use ductloop_nav::perception::{Measurement, Perception};
+pub use ductloop_nav::rig::MountAngles;
+pub use metrics::{Metrics, Reason, Verdict};
+pub use pilot::Pilot;
+pub use scenario::Scenario;
+#[cfg(feature = "wgpu")]
+pub use single_run::{run, Outcome};

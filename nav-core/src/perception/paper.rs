@@ -43,8 +43,9 @@ pub enum PlaneFit {
 pub struct PaperParams {
     /// How far above the background a stripe's pixel must stand, in DN.
     pub threshold_dn: f64,
-    /// Pixels between a pixel and the windows that its background is taken from.
-    pub background_gap_px: usize,
+    /// Depth of the nearest wall that stripes are sought on, in metres: they are thickest there, and the windows that a pixel's
+    /// background is taken from must lie beyond that thickness.
+    pub nearest_wall_m: f64,
     /// Pixels in each of these windows.
     pub background_window_px: usize,
     /// Sides of the opening's element, along and across the stripe, in pixels; odd.
@@ -77,7 +78,7 @@ impl Default for PaperParams {
     fn default() -> Self {
         Self {
             threshold_dn: 6.0,
-            background_gap_px: 5,
+            nearest_wall_m: 0.25,
             background_window_px: 6,
             opening_px: [3, 3],
             closing_px: [3, 3],
@@ -112,6 +113,7 @@ pub struct PaperPerception {
     params: PaperParams,
     across: Across,
     limits: WallLimits,
+    gap_px: usize,
     expected: ExpectedThickness,
     rays: Matrix3<f64>,
     triangulations: Vec<Triangulation>,
@@ -134,8 +136,12 @@ impl PaperPerception {
         let across = Across::of(&rig);
         let camera = &rig.camera;
         let grid = HoughGrid { r_px: params.hough_r_px, theta_rad: params.hough_theta_rad, max_slope_rad: 60.0_f64.to_radians() };
+        // Six standard deviations of a Gaussian, 2.5 times its width at half maximum, are half of it either side of the middle.
+        let focal_px = camera.focal_px[0].max(camera.focal_px[1]);
+        let thickest_px = focal_px * rig.line.at(params.nearest_wall_m) / params.nearest_wall_m;
         Self {
             across,
+            gap_px: (1.25 * thickest_px).ceil() as usize,
             limits: WallLimits {
                 max_heading_rad: params.max_heading_rad,
                 distance_m: [0.03, 3.0],
@@ -176,7 +182,7 @@ impl PaperPerception {
         self.grey.load(frame, self.across);
         let local = LocalThreshold {
             above_background_dn: params.threshold_dn as u16,
-            gap_px: params.background_gap_px,
+            gap_px: self.gap_px,
             window_px: params.background_window_px,
         };
         threshold::binarise_local(&self.grey, &local, &mut self.sums, &mut self.binary);

@@ -46,8 +46,8 @@ pub struct ThicknessLimits {
     pub max_ratio: f64,
 }
 
-/// Pixels on either side of a run that still hold light of the stripe.
-const SKIRT_PX: usize = 3;
+/// Pixels on either side of a run that still hold light of the stripe: these, and a quarter of the run.
+const LEAST_SKIRT_PX: usize = 3;
 /// Pixels beyond the skirt from which the background under the stripe is interpolated.
 const BACKGROUND_PX: usize = 3;
 
@@ -139,18 +139,19 @@ pub fn thin(
 
 /// Measures the run of rows `first..end` in column `x`; `None` where it stands too near the image's edge for a background.
 fn measure_run(grey: &ScanImage, x: usize, first: usize, end: usize) -> Option<StripePoint> {
-    let reach = SKIRT_PX + BACKGROUND_PX;
+    let skirt = LEAST_SKIRT_PX + (end - first) / 4;
+    let reach = skirt + BACKGROUND_PX;
     if first < reach || end + reach > grey.height {
         return None;
     }
     let value = |y: usize| f64::from(grey.pixels[y * grey.width + x]);
     let mean = |from: usize| (from..from + BACKGROUND_PX).map(value).sum::<f64>() / BACKGROUND_PX as f64;
     let middle = (BACKGROUND_PX as f64 - 1.0) / 2.0;
-    let (over_y, under_y) = ((first - reach) as f64 + middle, (end + SKIRT_PX) as f64 + middle);
-    let (over, under) = (mean(first - reach), mean(end + SKIRT_PX));
+    let (over_y, under_y) = ((first - reach) as f64 + middle, (end + skirt) as f64 + middle);
+    let (over, under) = (mean(first - reach), mean(end + skirt));
     let slope = (under - over) / (under_y - over_y);
     let (mut light, mut moment, mut peak) = (0.0, 0.0, 0.0);
-    for y in first - SKIRT_PX..end + SKIRT_PX {
+    for y in first - skirt..end + skirt {
         let above = value(y) - (over + slope * (y as f64 - over_y));
         light += above;
         moment += above * (y as f64 - first as f64);

@@ -1,0 +1,74 @@
+//! What the loop derives from a scenario's fields.
+
+use ductloop_duct::Transform;
+use ductloop_duct::network::Network;
+use ductloop_nav::angle::rotation_about_z;
+use ductloop_nav::messages::Tick;
+use ductloop_nav::wheel_controller::WheelGains;
+use ductloop_sim::spec::RobotSpec;
+use nalgebra::Vector3;
+use serde_json::Value;
+
+use crate::pilot::WHEEL_BANDWIDTH_RAD_S;
+use crate::scenario::{Bound, Measured, Rates, Scenario};
+
+impl Rates {
+    /// Physics ticks from one frame to the next.
+    pub fn ticks_per_frame(&self) -> Tick {
+        Tick::from(self.physics_hz / self.camera_hz)
+    }
+
+    /// Physics ticks from one call of the wheel controller to the next.
+    pub fn ticks_per_wheel_control(&self) -> Tick {
+        Tick::from(self.physics_hz / self.wheel_control_hz)
+    }
+}
+
+impl Scenario {
+    /// Pose of the base when the run begins.
+    pub fn world_from_start(&self, network: &Network) -> Transform {
+        let on_path = network.centreline.pose_at(self.start.distance_m);
+        let beside = Transform::from_parts(
+            Vector3::new(0.0, self.start.lateral_m, 0.0).into(),
+            rotation_about_z(self.start.heading_rad).into(),
+        );
+        on_path * beside
+    }
+
+    /// Gains of the wheel loop, from what is known of motor and load.
+    pub fn wheel_gains(&self) -> WheelGains {
+        let drive = &self.robot.drive;
+        let full_speed_rad_s = drive.supply_v / (drive.motor_constant * drive.gear_ratio);
+        WheelGains::from_bandwidth(WHEEL_BANDWIDTH_RAD_S, full_speed_rad_s, drive_time_constant_s(&self.robot))
+    }
+}
+
+/// Time constant of a side's motor with half the robot to move: R J / k^2, with J at the motor's shaft.
+fn drive_time_constant_s(robot: &RobotSpec) -> f64 {
+    let drive = &robot.drive;
+    let load = robot.mass_kg / 2.0 * robot.wheel_radius_m * robot.wheel_radius_m / (drive.gear_ratio * drive.gear_ratio);
+    drive.resistance_ohm * (drive.rotor_inertia_kg_m2 + load) / (drive.motor_constant * drive.motor_constant)
+}
+
+impl Measured<'_> {
+    /// The value as JSON; null where nothing was measured.
+    pub fn to_json(self) -> Value {
+        match self {
+            Self::Number(value) => value.into(),
+            Self::Flag(value) => value.into(),
+            Self::Word(value) => value.into(),
+            Self::Nothing => Value::Null,
+        }
+    }
+}
+
+impl Bound {
+    /// The bound as JSON.
+    pub fn to_json(&self) -> Value {
+        match self {
+            Self::AtMost(value) | Self::AtLeast(value) => (*value).into(),
+            Self::Is(value) => (*value).into(),
+            Self::Word(value) => value.as_str().into(),
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! A run's figures, and the verdict on them.
+
+use serde::Serialize;
+
+use crate::record::{EndState, FrameRecord, RunRecord};
+use crate::scenario::{Bound, Measured, Scenario};
+
+/// The figures of a run, against the truth. What was not measured is `None`.
+///
+/// Figures of tracking (`lateral_*`, `heading_*`, estimates) leave out the settling distance that the scenario names.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Metrics {
+    /// Whether the base passed the finish line.
+    pub completed: bool,
+    /// How the run ended.
+    pub end_state: &'static str,
+    /// Distance along the centreline from start to end.
+    pub distance_m: f64,
+    /// Simulated time.
+    pub sim_time_s: f64,
+    /// Time that passed meanwhile.
+    pub wall_time_s: Option<f64>,
+    /// Simulated time over time that passed.
+    pub real_time_factor: Option<f64>,
+    /// RMS offset from the centreline.
+    pub lateral_rms_m: Option<f64>,
+    /// Largest offset from the centreline.
+    pub lateral_max_m: Option<f64>,
+    /// RMS heading error.
+    pub heading_rms_rad: Option<f64>,
+    /// Largest heading error.
+    pub heading_max_rad: Option<f64>,
+    /// RMS difference between measured and true offset.
+    pub lateral_estimate_rms_m: Option<f64>,
+    /// RMS difference between measured and true heading.
+    pub heading_estimate_rms_rad: Option<f64>,
+    /// Share of frames that gave both offset and heading.
+    pub estimates_valid: Option<f64>,
+    /// Contacts with anything but the floor.
+    pub collisions: u32,
+    /// Highest speed of such a contact, along its normal.
+    pub contact_speed_max_m_s: f64,
+    /// Least distance between the robot and any wall.
+    pub min_clearance_m: Option<f64>,
+    /// Junctions passed as the route names them.
+    pub junctions_taken: u32,
+    /// RMS rate of change of the commanded wheel speeds, in rad/s2.
+    pub control_effort: Option<f64>,
+}
+
+/// What a run comes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// Every criterion held.
+    Pass,
+    /// One did not.
+    Fail,
+    /// The run could not go on.
+    Error,
+    /// A wall-clock limit was reached.
+    Timeout,
+}
+
+/// A criterion that did not hold.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Reason {
+    /// The metric.
+    pub metric: String,
+    /// Its value: a number in SI, a truth value, a word, or null where it was not measured.
+    pub value: serde_json::Value,
+    /// What it had to be, in the same unit: the most, or the least if `metric` says min.
+    pub bound: serde_json::Value,
+    /// Simulated time at which the bound was first broken, where that is one moment.
+    pub at_s: Option<f64>,
+}
+
+impl Verdict {
+    /// Exit code of a command whose worst verdict this is.
+    pub fn exit_code(self) -> u8 {
+        match self {
+            Self::Pass => 0,
+            Self::Fail => 1,
+            Self::Error => 3,
+            Self::Timeout => 4,
+        }
+    }
+
+    /// The word for it in files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Fail => "fail",
+            Self::Error => "error",
+            Self::Timeout => "timeout",
+        }
+    }
+}
+
+fn rms(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (mut sum, mut count) = (0.0, 0usize);
+    for value in values {
+        sum += value * value;
+        count += 1;
+    }
+    (count > 0).then(|| (sum / count as f64).sqrt())
+}
+
+fn greatest(values: impl Iterator<Item = f64>) -> Option<f64> {
+    values.map(f64::abs).reduce(f64::max)
+}
+
+/// Whether a frame counts for figures of tracking.
+fn settled<'a>(scenario: &'a Scenario) -> impl Fn(&&'a FrameRecord) -> bool + 'a {
+    let from_m = scenario.start.distance_m + scenario.pass.settle_m;
+    move |frame| frame.truth.distance_m >= from_m
+}
+
+impl Metrics {
+    /// The figures of a run that took `wall_time_s`.
+    pub fn of(scenario: &Scenario, run: &RunRecord, wall_time_s: Option<f64>) -> Self {
+        let tracked = || run.frames.iter().filter(settled(scenario));
+        let lateral = || tracked().map(|f| f.truth.lateral_m);
+        let heading = || tracked().map(|f| f.truth.heading_rad);
+        let lateral_error = tracked().filter_map(|f| Some(f.measurement.lateral_m? - f.truth.lateral_m));
+        let heading_error = tracked().filter_map(|f| Some(f.measurement.heading_rad? - f.truth.heading_rad));
+        let valid = tracked().filter(|f| f.measurement.lateral_m.is_some() && f.measurement.heading_rad.is_some()).count();
+        let count = tracked().count();
+        let camera_hz = f64::from(scenario.rates.camera_hz);
+        let effort = run.frames.windows(2).flat_map(|pair| {
+            let [a, b] = [&pair[0], &pair[1]].map(|f| f.command.wheel_speed_rad_s);
+            [(b.left - a.left) * camera_hz, (b.right - a.right) * camera_hz]
+        });
+        Self {
+            completed: run.end == EndState::Finished,
+            end_state: run.end.word(),
+            distance_m: run.distance_m,
+            sim_time_s: run.sim_time_s,
+            wall_time_s,
+            real_time_factor: wall_time_s.filter(|t| *t > 0.0).map(|t| run.sim_time_s / t),
+            lateral_rms_m: rms(lateral()),
+            lateral_max_m: greatest(lateral()),
+            heading_rms_rad: rms(heading()),
+            heading_max_rad: greatest(heading()),
+            lateral_estimate_rms_m: rms(lateral_error),
+            heading_estimate_rms_rad: rms(heading_error),
+            estimates_valid: (count > 0).then(|| valid as f64 / count as f64),
+            collisions: run.collisions.count,
+            contact_speed_max_m_s: run.collisions.contact_speed_max_m_s,
+            min_clearance_m: run.frames.iter().map(|f| f.truth.clearance_m).reduce(f64::min),
+            junctions_taken: 0,
+            control_effort: rms(effort),
+        }
+    }
+
+    /// A metric by its name in the summary.
+    pub fn get(&self, name: &str) -> Measured<'_> {
+        let number = |value: Option<f64>| value.map_or(Measured::Nothing, Measured::Number);
+        match name {
+            "completed" => Measured::Flag(self.completed),
+            "end_state" => Measured::Word(self.end_state),
+            "distance_m" => Measured::Number(self.distance_m),
+            "sim_time_s" => Measured::Number(self.sim_time_s),
+            "wall_time_s" => number(self.wall_time_s),
+            "real_time_factor" => number(self.real_time_factor),
+            "lateral_rms_m" => number(self.lateral_rms_m),
+            "lateral_max_m" => number(self.lateral_max_m),
+            "heading_rms_rad" => number(self.heading_rms_rad),
+            "heading_max_rad" => number(self.heading_max_rad),
+            "lateral_estimate_rms_m" => number(self.lateral_estimate_rms_m),
+            "heading_estimate_rms_rad" => number(self.heading_estimate_rms_rad),
+            "estimates_valid" => number(self.estimates_valid),
+            "collisions" => Measured::Number(f64::from(self.collisions)),
+            "contact_speed_max_m_s" => Measured::Number(self.contact_speed_max_m_s),
+            "min_clearance_m" => number(self.min_clearance_m),
+            "junctions_taken" => Measured::Number(f64::from(self.junctions_taken)),
+            "control_effort" => number(self.control_effort),
+            _ => Measured::Nothing,
+        }
+    }
+}
+
+/// The verdict on a run that came to an end, and every criterion that did not hold.
+pub fn judge(scenario: &Scenario, run: &RunRecord, metrics: &Metrics) -> (Verdict, Vec<Reason>) {
+    let mut reasons: Vec<Reason> = scenario
+        .pass
+        .list
+        .iter()
+        .filter(|criterion| !criterion.bound.holds(metrics.get(criterion.metric)))
+        .map(|criterion| Reason {
+            metric: criterion.metric.to_owned(),
+            value: metrics.get(criterion.metric).to_json(),
+            bound: criterion.bound.to_json(),
+            at_s: first_broken(scenario, run, criterion.metric, &criterion.bound),
+        })
+        .collect();
+    // A run that the time limit ended has failed even if nothing else asks for completion, unless it was to end so.
+    let asked = scenario.pass.list.iter().any(|criterion| criterion.metric == "end_state");
+    let told = reasons.iter().any(|reason| reason.metric == "completed");
+    if run.end == EndState::TimeLimit && !asked && !told {
+        reasons.push(Reason {
+            metric: "sim_time_s".into(),
+            value: run.sim_time_s.into(),
+            bound: scenario.time_limit_s.into(),
+            at_s: Some(run.sim_time_s),
+        });
+    }
+    (if reasons.is_empty() { Verdict::Pass } else { Verdict::Fail }, reasons)
+}
+
+/// When a bound on a momentary figure was first broken; a mean or a count over the run has no such moment but for collisions.
+fn first_broken(scenario: &Scenario, run: &RunRecord, metric: &str, bound: &Bound) -> Option<f64> {
+    let value = |frame: &FrameRecord| match metric {
+        "lateral_max_m" => Some(frame.truth.lateral_m.abs()),
+        "heading_max_rad" => Some(frame.truth.heading_rad.abs()),
+        "min_clearance_m" => Some(frame.truth.clearance_m),
+        "collisions" => Some(f64::from(frame.collisions.count)),
+        "contact_speed_max_m_s" => Some(frame.collisions.contact_speed_max_m_s),
+        _ => None,
+    };
+    let of_tracking = matches!(metric, "lateral_max_m" | "heading_max_rad");
+    run.frames
+        .iter()
+        .filter(|frame| !of_tracking || settled(scenario)(frame))
+        .find(|frame| value(frame).is_some_and(|v| !bound.holds(Measured::Number(v))))
+        .map(|frame| frame.time_s)
+}

@@ -1,0 +1,136 @@
+//! `frames.parquet`: a row a frame; columns are named with their units, and what was not seen is null.
+
+use std::sync::Arc;
+
+use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
+use arrow_schema::ArrowError;
+use ductloop_nav::navigator::State;
+use ductloop_nav::perception::WallMeasurement;
+use parquet::arrow::ArrowWriter;
+use parquet::basic::Compression;
+use parquet::errors::ParquetError;
+use parquet::file::properties::WriterProperties;
+
+use crate::record::FrameRecord;
+
+/// The word for a navigator's state, in tables and reports.
+pub fn state_word(state: State) -> &'static str {
+    match state {
+        State::Unknown => "unknown",
+        State::Tracking => "tracking",
+        State::Coasting => "coasting",
+        State::Stopped => "stopped",
+    }
+}
+
+/// The frames as a table.
+///
+/// # Errors
+/// None that is known of: all columns have a row a frame.
+pub fn table(frames: &[FrameRecord]) -> Result<RecordBatch, ArrowError> {
+    let mut columns = Columns { frames, list: Vec::new() };
+    columns.whole("frame", |f| f.frame);
+    columns.whole("tick", |f| f.tick);
+    columns.number("time_s", |f| f.time_s);
+    truth(&mut columns);
+    columns.signed("counts_left", |f| f.counts.left);
+    columns.signed("counts_right", |f| f.counts.right);
+    columns.number("pan_rad", |f| f.mount.pan_rad);
+    columns.number("tilt_rad", |f| f.mount.tilt_rad);
+    columns.push("state", false, |frames| StringArray::from_iter_values(frames.map(|f| state_word(f.state))));
+    columns.count("lines", |f| f.lines as u32);
+    estimates(&mut columns);
+    columns.number("command_left_rad_s", |f| f.command.wheel_speed_rad_s.left);
+    columns.number("command_right_rad_s", |f| f.command.wheel_speed_rad_s.right);
+    columns.number("command_pan_rad", |f| f.command.mount.pan_rad);
+    columns.number("command_tilt_rad", |f| f.command.mount.tilt_rad);
+    columns.seen("command_exposure_s", |f| f.command.exposure_s);
+    columns.seen("command_laser_power", |f| f.command.laser_power);
+    // Bit i is fault i of the scenario.
+    columns.count("faults", |f| f.faults);
+    RecordBatch::try_from_iter_with_nullable(columns.list)
+}
+
+fn truth(columns: &mut Columns<'_>) {
+    columns.number("x_m", |f| f.truth.world_from_base.translation.x);
+    columns.number("y_m", |f| f.truth.world_from_base.translation.y);
+    columns.number("z_m", |f| f.truth.world_from_base.translation.z);
+    columns.number("qx", |f| f.truth.world_from_base.rotation.i);
+    columns.number("qy", |f| f.truth.world_from_base.rotation.j);
+    columns.number("qz", |f| f.truth.world_from_base.rotation.k);
+    columns.number("qw", |f| f.truth.world_from_base.rotation.w);
+    columns.count("cell", |f| f.truth.cell as u32);
+    columns.number("distance_m", |f| f.truth.distance_m);
+    columns.number("lateral_m", |f| f.truth.lateral_m);
+    columns.number("heading_rad", |f| f.truth.heading_rad);
+    columns.number("clearance_m", |f| f.truth.clearance_m);
+    columns.number("speed_m_s", |f| f.truth.speed_m_s);
+    columns.number("yaw_rate_rad_s", |f| f.truth.yaw_rate_rad_s);
+    columns.number("wheel_speed_left_rad_s", |f| f.truth.wheel_speed_rad_s.left);
+    columns.number("wheel_speed_right_rad_s", |f| f.truth.wheel_speed_rad_s.right);
+    columns.number("motor_current_left_a", |f| f.truth.motor_current_a.left);
+    columns.number("motor_current_right_a", |f| f.truth.motor_current_a.right);
+    columns.count("collisions", |f| f.collisions.count);
+    columns.number("contact_speed_max_m_s", |f| f.collisions.contact_speed_max_m_s);
+}
+
+fn estimates(columns: &mut Columns<'_>) {
+    columns.seen("lateral_estimate_m", |f| f.measurement.lateral_m);
+    columns.seen("heading_estimate_rad", |f| f.measurement.heading_rad);
+    columns.seen("width_estimate_m", |f| f.measurement.width_m);
+    columns.wall(["left_wall_distance_m", "left_wall_heading_rad", "left_wall_points"], |f| f.measurement.left);
+    columns.wall(["right_wall_distance_m", "right_wall_heading_rad", "right_wall_points"], |f| f.measurement.right);
+}
+
+/// The table as a Parquet file, compressed with Snappy.
+///
+/// # Errors
+/// None that is known of: the file is made in memory.
+pub fn parquet(frames: &[FrameRecord]) -> Result<Vec<u8>, ParquetError> {
+    let table = table(frames)?;
+    let properties = WriterProperties::builder().set_compression(Compression::SNAPPY).build();
+    let mut writer = ArrowWriter::try_new(Vec::new(), table.schema(), Some(properties))?;
+    writer.write(&table)?;
+    writer.into_inner()
+}
+
+/// The columns so far.
+struct Columns<'a> {
+    frames: &'a [FrameRecord],
+    list: Vec<(&'static str, ArrayRef, bool)>,
+}
+
+impl<'a> Columns<'a> {
+    fn push<A>(&mut self, name: &'static str, nullable: bool, column: impl FnOnce(std::slice::Iter<'a, FrameRecord>) -> A)
+    where
+        A: arrow_array::Array + 'static,
+    {
+        self.list.push((name, Arc::new(column(self.frames.iter())), nullable));
+    }
+
+    fn number(&mut self, name: &'static str, value: impl Fn(&FrameRecord) -> f64) {
+        self.push(name, false, |frames| Float64Array::from_iter_values(frames.map(value)));
+    }
+
+    fn seen(&mut self, name: &'static str, value: impl Fn(&FrameRecord) -> Option<f64>) {
+        self.push(name, true, |frames| frames.map(value).collect::<Float64Array>());
+    }
+
+    fn count(&mut self, name: &'static str, value: impl Fn(&FrameRecord) -> u32) {
+        self.push(name, false, |frames| UInt32Array::from_iter_values(frames.map(value)));
+    }
+
+    fn whole(&mut self, name: &'static str, value: impl Fn(&FrameRecord) -> u64) {
+        self.push(name, false, |frames| UInt64Array::from_iter_values(frames.map(value)));
+    }
+
+    fn signed(&mut self, name: &'static str, value: impl Fn(&FrameRecord) -> i64) {
+        self.push(name, false, |frames| Int64Array::from_iter_values(frames.map(value)));
+    }
+
+    fn wall(&mut self, names: [&'static str; 3], wall: impl Fn(&FrameRecord) -> Option<WallMeasurement>) {
+        self.seen(names[0], |f| wall(f).map(|w| w.distance_m));
+        self.seen(names[1], |f| wall(f).map(|w| w.heading_rad));
+        self.push(names[2], true, |frames| frames.map(|f| wall(f).map(|w| w.points as u32)).collect::<UInt32Array>());
+    }
+}

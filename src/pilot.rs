@@ -1,0 +1,145 @@
+//! Who steers a run: the robot's own navigator as the scenario describes it, one with a part exchanged, or somebody else's.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use ductloop_nav::control::koh_cho::{KohCho, KohChoParams};
+use ductloop_nav::control::ControlLaw;
+use ductloop_nav::messages::Frame;
+use ductloop_nav::navigator::{DuctNavigator, Navigator, NavigatorParams};
+use ductloop_nav::odometry::DriveModel;
+use ductloop_nav::perception::paper::{PaperParams, PaperPerception};
+use ductloop_nav::perception::{Measurement, Perception, StripeLine};
+use ductloop_nav::rig::MountAngles;
+
+use crate::scenario::{Law, Pipeline, Scenario};
+
+/// A navigator, and where the loop leaves the truth for it if it steers by the truth.
+pub struct Pilot {
+    pub(crate) navigator: Box<dyn Navigator>,
+    pub(crate) truth: Option<TruthFeed>,
+}
+
+/// Carries the true errors from the loop to [`TruthPerception`]. Nothing else connects a navigator to the simulator.
+#[derive(Clone, Debug, Default)]
+pub struct TruthFeed(Arc<Mutex<Measurement>>);
+
+/// Perception that is told the true errors instead of reading images: tells what perception costs.
+#[derive(Clone, Debug)]
+pub struct TruthPerception(TruthFeed);
+
+impl TruthFeed {
+    pub(crate) fn set(&self, lateral_m: f64, heading_rad: f64, width_m: f64) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Measurement {
+            lateral_m: Some(lateral_m),
+            heading_rad: Some(heading_rad),
+            width_m: Some(width_m),
+            ..Measurement::default()
+        };
+    }
+}
+
+impl Perception for TruthPerception {
+    fn perceive(&mut self, _frame: &Frame<'_>, _mount: MountAngles) -> Measurement {
+        *self.0.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Whichever perception the scenario names.
+enum AnyPerception {
+    Paper(Box<PaperPerception>),
+    Truth(TruthPerception),
+}
+
+impl Perception for AnyPerception {
+    fn perceive(&mut self, frame: &Frame<'_>, mount: MountAngles) -> Measurement {
+        match self {
+            Self::Paper(paper) => paper.perceive(frame, mount),
+            Self::Truth(truth) => truth.perceive(frame, mount),
+        }
+    }
+
+    fn lines(&self) -> &[StripeLine] {
+        match self {
+            Self::Paper(paper) => paper.lines(),
+            Self::Truth(truth) => truth.lines(),
+        }
+    }
+}
+
+impl Pilot {
+    /// The robot's own navigator, as the scenario describes it.
+    pub fn of(scenario: &Scenario) -> Self {
+        Self::with_law(scenario, law(scenario))
+    }
+
+    /// The robot's own navigator with another control law.
+    pub fn with_law(scenario: &Scenario, law: impl ControlLaw + 'static) -> Self {
+        let (perception, truth) = match scenario.perception.pipeline {
+            Pipeline::Paper => {
+                let paper = PaperPerception::new(scenario.rig.clone(), paper_params(scenario));
+                (AnyPerception::Paper(Box::new(paper)), None)
+            }
+            Pipeline::Truth => {
+                let feed = TruthFeed::default();
+                (AnyPerception::Truth(TruthPerception(feed.clone())), Some(feed))
+            }
+        };
+        Self { navigator: Box::new(DuctNavigator::new(navigator_params(scenario), perception, law)), truth }
+    }
+
+    /// The robot's own navigator with another perception.
+    pub fn with_perception(scenario: &Scenario, perception: impl Perception + 'static) -> Self {
+        let navigator = DuctNavigator::new(navigator_params(scenario), perception, law(scenario));
+        Self { navigator: Box::new(navigator), truth: None }
+    }
+}
+
+impl<N: Navigator + 'static> From<N> for Pilot {
+    fn from(navigator: N) -> Self {
+        Self { navigator: Box::new(navigator), truth: None }
+    }
+}
+
+fn law(scenario: &Scenario) -> Box<dyn ControlLaw> {
+    match scenario.control.law {
+        Law::KohCho => Box::new(KohCho::new(koh_cho_params(scenario))),
+    }
+}
+
+/// Parameters of the control law: speed and effective track are the scenario's and the robot's.
+pub fn koh_cho_params(scenario: &Scenario) -> KohChoParams {
+    KohChoParams {
+        speed_m_s: scenario.speed_m_s,
+        effective_track_m: effective_track_m(scenario),
+        ..scenario.control.koh_cho
+    }
+}
+
+/// Parameters of the paper's pipeline: the duct's width is what the navigator is told.
+pub fn paper_params(scenario: &Scenario) -> PaperParams {
+    PaperParams { duct_width_m: scenario.navigation.width_m, ..scenario.perception.paper.clone() }
+}
+
+fn effective_track_m(scenario: &Scenario) -> f64 {
+    scenario.robot.chi() * scenario.robot.track_m
+}
+
+fn navigator_params(scenario: &Scenario) -> NavigatorParams {
+    let robot = &scenario.robot;
+    NavigatorParams {
+        ticks_per_s: f64::from(scenario.rates.physics_hz),
+        ticks_per_frame: scenario.rates.ticks_per_frame(),
+        drive: DriveModel {
+            wheel_radius_m: robot.wheel_radius_m,
+            effective_track_m: effective_track_m(scenario),
+            counts_per_wheel_turn: robot.drive.counts_per_wheel_turn(),
+            // The wheel loop's own time constant: both its poles lie at the bandwidth.
+            lag_s: 2.0 / WHEEL_BANDWIDTH_RAD_S,
+        },
+        coast_s: 0.5,
+        mount: scenario.rig.mount.rest,
+    }
+}
+
+/// Bandwidth for which the wheel loop's gains are chosen, in rad/s.
+pub(crate) const WHEEL_BANDWIDTH_RAD_S: f64 = 60.0;

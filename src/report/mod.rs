@@ -1,0 +1,75 @@
+//! `report.html`: one page that shows what a run did and why its verdict is what it is. It needs no script and no other file.
+//!
+//! - `verdict`: criteria and figures as tables;
+//! - `plan`: the robot's path on the plan of the duct, to scale; `unrolled`: the same along the centreline, widened;
+//! - `charts`: errors, estimates, wheel speeds and clearance over time, drawn by [`plot`] with the [`ticks`] of its axes;
+//! - `key_frames`: what the camera saw and what the navigator made of it;
+//! - `picture`: frames as PNG, plain and with lines drawn on them;
+//! - `thinning`: long series without the points that nobody sees.
+//!
+//! Colours are names in the page's style sheet, so that light, dark and printed pages each have their own.
+
+mod charts;
+mod key_frames;
+mod picture;
+mod plan;
+pub mod plot;
+mod robot_plan;
+mod thinning;
+pub mod ticks;
+mod unrolled;
+mod verdict;
+
+use minijinja::{Environment, Value, context};
+
+use crate::output::{Manifest, Summary};
+use crate::record::RunRecord;
+use crate::scenario::Scenario;
+
+pub use picture::{grey_png, overlay_png};
+
+/// Why a report could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// The duct cannot be drawn. A scenario that was read or validated never gives this.
+    #[error("the duct cannot be assembled: {0}")]
+    Network(#[from] ductloop_duct::network::NetworkError),
+    /// A key frame cannot be shown.
+    #[error("a picture of a frame cannot be made: {0}")]
+    Picture(#[from] image::ImageError),
+    /// The page's template failed.
+    #[error("the page cannot be made: {0}")]
+    Page(#[from] minijinja::Error),
+}
+
+const PAGE: &str = include_str!("report.html");
+const STYLE: &str = include_str!("report.css");
+
+/// The report of a run.
+///
+/// # Errors
+/// Where a key frame has another size than the scenario's camera, or the duct cannot be assembled.
+pub fn html(scenario: &Scenario, run: &RunRecord, summary: &Summary, manifest: &Manifest) -> Result<String, ReportError> {
+    let network = scenario.duct.network()?;
+    let mut environment = Environment::new();
+    environment.add_template("report.html", PAGE)?;
+    let page = environment.get_template("report.html")?;
+    let drawing = |svg: String| Value::from_safe_string(svg);
+    let charts: Vec<Value> = charts::all(scenario, run)
+        .into_iter()
+        .map(|chart| context! { title => chart.title, note => chart.note, svg => drawing(chart.plot.svg()) })
+        .collect();
+    Ok(page.render(context! {
+        style => drawing(STYLE.to_owned()),
+        scenario => verdict::scenario(scenario, &network),
+        verdict => verdict::verdict(scenario, summary),
+        criteria => verdict::criteria(scenario, summary),
+        metrics => verdict::metrics(summary),
+        plan => drawing(plan::svg(scenario, &network, run)),
+        unrolled => drawing(unrolled::plot(scenario, &network, run).svg()),
+        charts => charts,
+        lasers => key_frames::lasers(scenario),
+        key_frames => key_frames::figures(scenario, run)?,
+        details => verdict::details(scenario, summary, manifest),
+    })?)
+}

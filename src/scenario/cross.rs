@@ -1,0 +1,225 @@
+//! What fields say of each other: rates that divide, a robot that fits its duct, lasers that show depth, a start that is free.
+//!
+//! Each rule is judged only where everything it rests on is sound, so that one slip gives one error.
+
+mod course;
+
+use ductloop_duct::fitting::FittingError;
+use ductloop_duct::network::{Network, NetworkError};
+use ductloop_nav::rig::{Rig, RigError};
+use ductloop_sensor::renderer::MAX_LASERS;
+
+use super::Scenario;
+use super::check::Checked;
+use super::diagnostic::Finding;
+use super::source::Span;
+use super::typed::Typed;
+
+/// Free space that a robot needs on every side. Less is touching: the physics holds bodies about a millimetre apart.
+const FREE_M: f64 = 1e-3;
+
+/// Checks all rules.
+pub(super) fn check(scenario: &Scenario, typed: &Typed, checked: &mut Checked) {
+    let mut cross = Cross { scenario, typed, checked };
+    cross.rates();
+    cross.exposure();
+    cross.robot();
+    cross.optics();
+    cross.rig();
+    cross.perception();
+    cross.fit();
+    if let Some(network) = cross.network() {
+        cross.course(&network);
+    }
+}
+
+struct Cross<'a> {
+    scenario: &'a Scenario,
+    typed: &'a Typed,
+    checked: &'a mut Checked,
+}
+
+impl Cross<'_> {
+    /// The place of the first of these paths that was typed, else of the table around the first.
+    fn span(&self, paths: &[&str]) -> Span {
+        let typed = paths.iter().find(|path| self.typed.root.at(path).is_some());
+        self.typed.span(typed.or(paths.first()).copied().unwrap_or_default())
+    }
+
+    fn wrong(&mut self, paths: &[&str], message: String, help: String) {
+        let finding = Finding::new(self.span(paths), message).help(help);
+        self.checked.wrong(paths.first().copied().unwrap_or_default(), finding);
+    }
+
+    fn rates(&mut self) {
+        let physics = self.scenario.rates.physics_hz;
+        for (path, rate) in [
+            ("rates.wheel_control_hz", self.scenario.rates.wheel_control_hz),
+            ("rates.camera_hz", self.scenario.rates.camera_hz),
+        ] {
+            if !self.checked.is_sound(&["rates.physics_hz", path]) || physics % rate == 0 {
+                continue;
+            }
+            let below = (1..=rate).rev().find(|r| physics % r == 0);
+            let above = (rate..=physics).find(|r| physics % r == 0);
+            let near: Vec<_> = [below, above].into_iter().flatten().map(|r| r.to_string()).collect();
+            self.wrong(
+                &[path, "rates.physics_hz"],
+                format!("`{path}` is {rate}, which does not divide the {physics} Hz of physics"),
+                format!("nearest that do: {} Hz; or change `rates.physics_hz`", near.join(" and ")),
+            );
+        }
+    }
+
+    fn exposure(&mut self) {
+        let (exposure_s, camera_hz) = (self.scenario.exposure_s, self.scenario.rates.camera_hz);
+        if self.checked.is_sound(&["sensor.exposure", "rates"]) && exposure_s * f64::from(camera_hz) >= 1.0 {
+            self.wrong(
+                &["sensor.exposure", "rates.camera_hz"],
+                format!("an exposure of {} ms is longer than a frame at {camera_hz} Hz", exposure_s * 1e3),
+                format!("less than {:.3} ms", 1e3 / f64::from(camera_hz)),
+            );
+        }
+    }
+
+    fn robot(&mut self) {
+        if !self.checked.is_sound(&["robot"]) {
+            return;
+        }
+        if let Err(error) = self.scenario.robot.validate() {
+            let path = format!("robot.{}", error.field);
+            let message = format!("`{path}` is {}: the robot cannot be built", error.value);
+            self.wrong(&[&path, "robot.preset", "robot"], message, error.rule);
+        }
+    }
+
+    fn optics(&mut self) {
+        if !self.checked.is_sound(&["sensor.light", "sensor.ccd"]) {
+            return;
+        }
+        if let Err(error) = self.scenario.optics.validate() {
+            let paths = [format!("sensor.light.{}", error.field), format!("sensor.ccd.{}", error.field)];
+            let message = format!("`{}` is {}", error.field, error.value);
+            self.wrong(&[&paths[0], &paths[1], "sensor"], message, format!("it must be {}", error.bound));
+        }
+    }
+
+    fn rig(&mut self) {
+        if !self.checked.is_sound(&["sensor"]) {
+            return;
+        }
+        let nominal = &self.scenario.rig;
+        for laser in &nominal.lasers {
+            // One by one: `validate` names the first error only.
+            let alone = Rig { lasers: vec![laser.clone()], ..nominal.clone() };
+            if let Err(error) = alone.validate() {
+                self.rig_error(&error, &format!("sensor.laser.{}", laser.name));
+            }
+        }
+        if nominal.lasers.len() > MAX_LASERS {
+            let message = format!("the rig has {} lasers, more than can be rendered", nominal.lasers.len());
+            self.wrong(&["sensor.laser", "sensor"], message, format!("at most {MAX_LASERS}"));
+        }
+        let turns = self.scenario.rig_error.laser_plane_rad.len();
+        let lasers: Vec<_> = nominal.lasers.iter().map(|l| l.name.as_str()).collect();
+        if turns != lasers.len() {
+            self.wrong(
+                &["sensor.error.laser_plane_deg", "sensor.error"],
+                format!("`sensor.error.laser_plane_deg` has {turns} elements, but the rig has {} lasers", lasers.len()),
+                format!("one for each of {}, in this order", lasers.join(", ")),
+            );
+        } else if self.checked.is_sound(&["sensor"])
+            && let Err(error) = self.scenario.actual_rig().validate()
+        {
+            let path = "sensor.error.laser_plane_deg";
+            self.wrong(&[path, "sensor.error"], format!("with this error, {error}"), "a smaller angle".to_owned());
+        }
+    }
+
+    fn rig_error(&mut self, error: &RigError, laser: &str) {
+        let field = |key: &str| format!("{laser}.{key}");
+        let (offset, source) = (field("offset_m"), field("source_in_base_m"));
+        match error {
+            RigError::PlaneThroughCamera { .. } => self.wrong(
+                &[&offset, laser],
+                error.to_string(),
+                "the plane's distance from the camera, 0.001 m or more either way".to_owned(),
+            ),
+            RigError::SourceOffPlane { .. } => self.wrong(
+                &[&source, &field("source_in_camera_m"), &offset, &field("normal"), laser],
+                error.to_string(),
+                "a source is a point of its plane; `source_in_base_m` stays behind when the camera is moved, \
+                 `source_in_camera_m` goes along"
+                    .to_owned(),
+            ),
+            _ => self.wrong(&["sensor.camera", "sensor"], error.to_string(), "the camera cannot work so".to_owned()),
+        }
+    }
+
+    fn perception(&mut self) {
+        let paper = &self.scenario.perception.paper;
+        let [thin, thick] = paper.thickness_ratio;
+        for (path, sides) in
+            [("perception.paper.opening_px", paper.opening_px), ("perception.paper.closing_px", paper.closing_px)]
+        {
+            if self.checked.is_sound(&[path]) && sides.iter().any(|side| side % 2 == 0) {
+                let message = format!("`{path}` is {sides:?}: both sides must be odd");
+                self.wrong(&[path], message, "an element has a middle pixel: 1, 3, 5, …".to_owned());
+            }
+        }
+        let path = "perception.paper.thickness_ratio";
+        if self.checked.is_sound(&[path]) && thin >= thick {
+            let message = format!("`{path}` is [{thin}, {thick}]: nothing is thicker than {thin} and thinner than {thick}");
+            self.wrong(&[path], message, "thinnest first, then thickest".to_owned());
+        }
+    }
+
+    fn fit(&mut self) {
+        let [width_m, height_m] = self.scenario.robot.smallest_duct_m();
+        let duct = &self.scenario.duct;
+        for (path, what, has_m, robot_m, sides) in [
+            ("duct.width_m", "narrow", duct.width_m, width_m, 2.0),
+            ("duct.height_m", "low", duct.height_m, height_m, 1.0),
+        ] {
+            let needs_m = robot_m + sides * FREE_M;
+            if self.checked.is_sound(&["robot", path]) && has_m < needs_m {
+                let dimension = if path == "duct.width_m" { "wide" } else { "high" };
+                self.wrong(
+                    &[path],
+                    format!("the duct is too {what} for the robot: {has_m} m, and the robot is {robot_m:.3} m {dimension}"),
+                    format!("{needs_m:.3} m or more, a millimetre of it free on each side"),
+                );
+            }
+        }
+    }
+
+    /// The network, if it can be made.
+    fn network(&mut self) -> Option<Network> {
+        if !self.checked.is_sound(&["duct.width_m", "duct.height_m", "duct.run"]) {
+            return None;
+        }
+        match self.scenario.duct.network() {
+            Ok(network) => return Some(network),
+            Err(NetworkError::Empty) => {
+                self.wrong(&["duct.run", "duct"], "the duct has no fittings".to_owned(), "one or more".to_owned());
+            }
+            Err(NetworkError::Fitting { index, error }) => {
+                let path = format!("duct.run[{index}]");
+                let help = match error {
+                    FittingError::Angle { max_deg, .. } => format!("1 to {max_deg} degrees to the left, or -1 to -{max_deg} to the right"),
+                    FittingError::NotPositive { .. } => "a positive length in metres".to_owned(),
+                };
+                let paths = ["elbow_deg", "mitre_deg", "straight_m"].map(|key| format!("{path}.{key}"));
+                let span = paths.iter().map(|p| self.typed.span(p)).min_by_key(|s| s.end - s.start).unwrap_or_default();
+                self.checked.wrong(&path, Finding::new(span, format!("`{path}`: {error}")).help(help));
+            }
+            Err(NetworkError::Overlap { first, second }) => {
+                let path = format!("duct.run[{second}]");
+                let message = format!("`{path}` runs into `duct.run[{first}]`: both would occupy the same space");
+                let finding = Finding::new(self.typed.span(&path), message);
+                self.checked.wrong(&path, finding.help("turn the other way, or put a longer straight between them"));
+            }
+        }
+        None
+    }
+}

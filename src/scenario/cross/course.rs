@@ -1,0 +1,141 @@
+//! Start, finish and the settling distance, in the duct as it was assembled.
+
+use ductloop_duct::Transform;
+use ductloop_duct::network::{End, Network};
+use ductloop_nav::angle::rotation_about_z;
+use ductloop_sim::spec::RobotSpec;
+use nalgebra::{Point3, Translation3};
+
+use super::{Cross, FREE_M};
+
+/// The robot's plan is looked at in points this far apart.
+const STEP_M: f64 = 0.01;
+
+/// The rectangles, in the base frame, that a robot's plan is made of: (rear, front, half width), in metres.
+fn plan(robot: &RobotSpec) -> [(f64, f64, f64); 2] {
+    let axle = robot.wheelbase_m / 2.0 + robot.wheel_radius_m;
+    let [length_m, width_m, _] = robot.chassis_m;
+    [
+        (robot.nose_m - length_m, robot.nose_m, width_m / 2.0),
+        (-axle, axle, (robot.track_m + robot.wheel_width_m) / 2.0),
+    ]
+}
+
+/// Points on the outline of the robot's plan with [`FREE_M`] around it, in the base frame.
+fn outline(robot: &RobotSpec) -> Vec<[f64; 2]> {
+    let mut points = Vec::new();
+    for (rear, front, half) in plan(robot) {
+        let (rear, front, half) = (rear - FREE_M, front + FREE_M, half + FREE_M);
+        let steps = |length: f64| (length / STEP_M).ceil().max(1.0) as usize;
+        let along = steps(front - rear);
+        let across = steps(2.0 * half);
+        for i in 0..=along {
+            let x = rear + (front - rear) * i as f64 / along as f64;
+            points.extend([[x, half], [x, -half]]);
+        }
+        for i in 0..=across {
+            let y = -half + 2.0 * half * i as f64 / across as f64;
+            points.extend([[rear, y], [front, y]]);
+        }
+    }
+    points
+}
+
+impl Cross<'_> {
+    pub(super) fn course(&mut self, network: &Network) {
+        let length_m = network.centreline.length_m();
+        let finish_m = self.scenario.finish_m(network);
+        let start = self.scenario.start;
+        if !self.checked.is_sound(&["start", "finish"]) {
+            return;
+        }
+        if start.distance_m >= length_m {
+            self.wrong(
+                &["start.distance_m", "duct.run"],
+                format!("the start is at {} m, but the duct ends at {length_m:.3} m", start.distance_m),
+                "a distance within the duct".to_owned(),
+            );
+        } else if finish_m <= start.distance_m {
+            self.wrong(
+                &["finish.before_end_m", "start.distance_m", "duct.run"],
+                format!(
+                    "the finish is at {finish_m:.3} m, before the start at {} m: the duct is {length_m:.3} m long",
+                    start.distance_m
+                ),
+                "a longer duct, or less of `start.distance_m` and `finish.before_end_m`".to_owned(),
+            );
+        } else {
+            self.start(network);
+            self.finish();
+            self.settle(finish_m - start.distance_m);
+        }
+    }
+
+    /// The robot stands free at the start.
+    fn start(&mut self, network: &Network) {
+        if !self.checked.is_sound(&["robot", "duct"]) {
+            return;
+        }
+        let (robot, duct, start) = (&self.scenario.robot, &self.scenario.duct, self.scenario.start);
+        let turn = rotation_about_z(start.heading_rad);
+        let base_from_plan = Transform::from_parts(Translation3::new(0.0, start.lateral_m, 0.0), turn.into());
+        let world_from_plan = network.centreline.pose_at(start.distance_m) * base_from_plan;
+        let outline: Vec<_> = outline(robot).into_iter().map(|[x, y]| Point3::new(x, y, duct.height_m / 2.0)).collect();
+        let outside = |p: &&Point3<f64>| network.cell_at(&(world_from_plan * **p), 0).is_none();
+        if outline.iter().find(outside).is_none() {
+            return;
+        }
+        // Relative to the centreline, as if the duct were straight there.
+        let reach = |axis: usize| outline.iter().map(move |p| (base_from_plan.rotation * p)[axis]);
+        let rear_m = reach(0).fold(0.0, f64::min);
+        let (right_m, left_m) = reach(1).fold((0.0, 0.0), |(low, high), y| (f64::min(low, y), f64::max(high, y)));
+        let half_m = duct.width_m / 2.0;
+        if start.distance_m + rear_m < 0.0 {
+            self.wrong(
+                &["start.distance_m", "start"],
+                format!("at the start, {} m along the duct, the robot's rear is outside", start.distance_m),
+                format!("{:.3} m or more", -rear_m + FREE_M),
+            );
+        } else if left_m - right_m > duct.width_m {
+            self.wrong(
+                &["start.heading_deg", "start"],
+                "at the start the robot touches a wall, wherever between them it stands".to_owned(),
+                format!("at this heading it is {:.3} m wide", left_m - right_m),
+            );
+        } else {
+            self.wrong(
+                &["start.lateral_m", "start.heading_deg", "start.distance_m", "start"],
+                "at the start the robot touches a wall".to_owned(),
+                format!(
+                    "at this heading, in a straight, `start.lateral_m` may be {:.3} to {:.3}",
+                    -half_m - right_m,
+                    half_m - left_m
+                ),
+            );
+        }
+    }
+
+    /// A cap leaves room for the nose.
+    fn finish(&mut self) {
+        let nose_m = self.scenario.robot.nose_m.max(plan(&self.scenario.robot)[1].1) + FREE_M;
+        let (duct, finish) = (&self.scenario.duct, self.scenario.finish);
+        if self.checked.is_sound(&["robot", "duct"]) && duct.exit == End::Cap && finish.before_end_m < nose_m {
+            self.wrong(
+                &["finish.before_end_m", "duct.exit"],
+                format!("the finish is {} m before the duct's cap, which the robot's nose meets first", finish.before_end_m),
+                format!("{nose_m:.3} m or more"),
+            );
+        }
+    }
+
+    fn settle(&mut self, run_m: f64) {
+        let settle_m = self.scenario.pass.settle_m;
+        if self.checked.is_sound(&["pass.settle_m"]) && settle_m >= run_m {
+            self.wrong(
+                &["pass.settle_m", "pass"],
+                format!("`pass.settle_m` is {settle_m} m, but the run is only {run_m:.3} m long: nothing is left to judge"),
+                format!("less than {run_m:.3}"),
+            );
+        }
+    }
+}

@@ -1,0 +1,216 @@
+//! The tables with names of their own and the arrays of tables: lasers, surfaces, fittings, faults.
+
+use ductloop_duct::cell::SurfaceId;
+use ductloop_duct::fitting::Shape;
+use ductloop_nav::rig::{Laser, MountAngles, Rig};
+use ductloop_sensor::optics::Look;
+use nalgebra::{Point3, Unit, Vector3};
+
+use super::Scenario;
+use super::check::{Checked, quoted};
+use super::diagnostic::Finding;
+use super::fields::Scale;
+use super::model::{Fault, FaultKind, Piece, Surface};
+use super::resolve::default_of;
+use super::tree::{Entry, Node, Table};
+use super::typed::Typed;
+use super::unknown_key::nearest;
+
+/// A normal this near to unit length is taken as it is: it was written by this program, and dividing it by its length again
+/// would change its last bits.
+const UNIT_EXACT: f64 = 1e-12;
+
+/// A normal further than this from unit length was not meant as one. Six digits, as people type them, are within 1e-6.
+const UNIT_TYPED: f64 = 1e-3;
+
+/// Radius of an elbow's inner wall over the duct's width, where none is given: the common one without vanes.
+pub(super) const THROAT_RATIO: f64 = 0.75;
+
+/// Reads the fields of one element.
+struct Element<'t>(&'t Table);
+
+impl Element<'_> {
+    fn number(&self, key: &str, scale: Scale) -> Option<f64> {
+        self.0.get(key)?.as_number().map(|x| scale.si(x))
+    }
+
+    fn vector(&self, key: &str) -> Option<Vector3<f64>> {
+        let list = self.0.get(key)?.as_list()?;
+        let number = |i: usize| list.get(i).and_then(Node::as_number);
+        Some(Vector3::new(number(0)?, number(1)?, number(2)?))
+    }
+
+    fn text(&self, key: &str) -> Option<&str> {
+        self.0.get(key)?.as_text()
+    }
+}
+
+fn named<'t>(layered: &'t Table, path: &str) -> impl Iterator<Item = (&'t Entry, Element<'t>)> {
+    let entries = layered.at(path).and_then(Node::as_table).map_or(&[][..], |t| &t.entries);
+    entries.iter().filter_map(|e| e.node.as_table().map(|t| (e, Element(t))))
+}
+
+fn listed<'t>(layered: &'t Table, path: &str) -> impl Iterator<Item = Element<'t>> {
+    let list = layered.at(path).and_then(Node::as_list).unwrap_or_default();
+    list.iter().filter_map(Node::as_table).map(Element)
+}
+
+/// The lasers in the order of the file, those of a preset first.
+pub(super) fn lasers(layered: &Table, rig: &Rig, typed: &Typed, checked: &mut Checked) -> Vec<Laser> {
+    let base_from_camera = rig.mount.base_from_camera(MountAngles::default());
+    let default_fan = default_of("sensor.laser.*.fan_deg").and_then(|n| n.as_number()).unwrap_or_default();
+    let lasers: Vec<_> = named(layered, "sensor.laser")
+        .filter_map(|(entry, laser)| {
+            let path = format!("sensor.laser.{}", entry.key);
+            let normal_in_camera = unit(laser.vector("normal")?, &path, typed, checked)?;
+            let offset_m = laser.number("offset_m", Scale::Si)?;
+            let given = laser.vector("source_in_camera_m").map(Point3::from);
+            let in_base = laser.vector("source_in_base_m").map(|p| base_from_camera.inverse() * Point3::from(p));
+            Some(Laser {
+                name: entry.key.clone(),
+                normal_in_camera,
+                offset_m,
+                source_in_camera: given.or(in_base).unwrap_or_else(|| Point3::from(*normal_in_camera * offset_m)),
+                fan_rad: laser.number("fan_deg", Scale::Degrees).unwrap_or_else(|| Scale::Degrees.si(default_fan)),
+            })
+        })
+        .collect();
+    if lasers.is_empty() && checked.is_sound(&["sensor"]) {
+        let help = "add `[sensor.laser.NAME]` with `normal` and `offset_m`, or name a preset";
+        checked.wrong("sensor.laser", Finding::new(typed.span("sensor"), "the sensor has no laser").help(help));
+    }
+    lasers
+}
+
+fn unit(normal: Vector3<f64>, path: &str, typed: &Typed, checked: &mut Checked) -> Option<Unit<Vector3<f64>>> {
+    let length = normal.norm();
+    if (length - 1.0).abs() <= UNIT_EXACT {
+        return Some(Unit::new_unchecked(normal));
+    }
+    if (length - 1.0).abs() <= UNIT_TYPED {
+        return Some(Unit::new_normalize(normal));
+    }
+    let path = format!("{path}.normal");
+    let finding = Finding::new(typed.span(&path), format!("`{path}` has length {length:.4}: it must be a unit vector"));
+    let help = if length > 0.0 {
+        let n = normal / length;
+        format!("in the same direction: [{:.6}, {:.6}, {:.6}]; divide `offset_m` by the length too", n.x, n.y, n.z)
+    } else {
+        "a plane needs a direction".to_owned()
+    };
+    checked.wrong(&path, finding.help(help));
+    None
+}
+
+/// The run of fittings, and the surfaces that it is made of.
+///
+/// Surfaces are numbered by first use, then come those that the file defines and does not use.
+pub(super) fn duct(layered: &Table, root: &Table, scenario: &mut Scenario, typed: &Typed, checked: &mut Checked) {
+    let default = default_of("duct.surface").and_then(|n| n.as_text().map(str::to_owned)).unwrap_or_default();
+    let typed_surface = layered.at("duct.surface").and_then(Node::as_text).unwrap_or(&default);
+    let mut surfaces = Vec::new();
+    let mut id = |name: &str, path: &str, checked: &mut Checked| match surface(layered, name) {
+        Some(surface) => Some(number(&mut surfaces, surface)),
+        None => {
+            unknown_surface(layered, name, path, typed, checked);
+            None
+        }
+    };
+    scenario.duct.surface = id(typed_surface, "duct.surface", checked).unwrap_or_default();
+    scenario.duct.run.clear();
+    for (i, piece) in listed(layered, "duct.run").enumerate() {
+        let path = format!("duct.run[{i}]");
+        if piece.0.get("throat_radius_m").is_some() && piece.0.get("elbow_deg").is_none() && checked.is_sound(&[&path]) {
+            let path = format!("{path}.throat_radius_m");
+            let finding = Finding::new(typed.span(&path), "`throat_radius_m` in a fitting that is no radius elbow");
+            checked.wrong(&path, finding.help("only a fitting with `elbow_deg` has a throat radius"));
+        }
+        let name = piece.text("surface").map(|name| (name, format!("{path}.surface")));
+        let surface = name.and_then(|(name, path)| id(name, &path, checked)).unwrap_or(scenario.duct.surface);
+        if let Some(shape) = shape(&piece, scenario.duct.width_m) {
+            scenario.duct.run.push(Piece { shape, surface });
+        }
+    }
+    for (entry, _) in named(root, "surface") {
+        if let Some(surface) = surface(layered, &entry.key) {
+            number(&mut surfaces, surface);
+        }
+    }
+    scenario.surfaces = surfaces;
+}
+
+fn shape(piece: &Element<'_>, width_m: f64) -> Option<Shape> {
+    if let Some(length_m) = piece.number("straight_m", Scale::Si) {
+        return Some(Shape::Straight { length_m });
+    }
+    if let Some(angle_rad) = piece.number("elbow_deg", Scale::Degrees) {
+        let throat_radius_m = piece.number("throat_radius_m", Scale::Si).unwrap_or(THROAT_RATIO * width_m);
+        return Some(Shape::RadiusElbow { angle_rad, throat_radius_m });
+    }
+    piece.number("mitre_deg", Scale::Degrees).map(|angle_rad| Shape::MitredElbow { angle_rad })
+}
+
+/// The index of a surface, which is taken in if it is new.
+fn number(surfaces: &mut Vec<Surface>, surface: Surface) -> SurfaceId {
+    let index = surfaces.iter().position(|s| s.name == surface.name).unwrap_or_else(|| {
+        surfaces.push(surface);
+        surfaces.len() - 1
+    });
+    SurfaceId(u16::try_from(index).unwrap_or(u16::MAX))
+}
+
+fn surface(layered: &Table, name: &str) -> Option<Surface> {
+    let (_, surface) = named(layered, "surface").find(|(entry, _)| entry.key == name)?;
+    // Fields that are missing or wrong have been reported; the surface is known all the same.
+    let look = Look { albedo: surface.number("albedo", Scale::Si).unwrap_or(1.0) };
+    Some(Surface { name: name.to_owned(), look, friction: surface.number("friction", Scale::Si).unwrap_or(1.0) })
+}
+
+fn unknown_surface(layered: &Table, name: &str, path: &str, typed: &Typed, checked: &mut Checked) {
+    let known: Vec<&str> = named(layered, "surface").map(|(entry, _)| entry.key.as_str()).collect();
+    let guess = nearest(name, known.iter().copied()).map(|near| format!("did you mean \"{near}\"? ")).unwrap_or_default();
+    let finding = Finding::new(typed.span(path), format!("there is no surface \"{name}\""));
+    checked.wrong(path, finding.help(format!("{guess}known: {}; `[surface.{name}]` would define it", quoted(&known))));
+}
+
+/// The faults.
+pub(super) fn faults(layered: &Table, rig: &Rig, typed: &Typed, checked: &mut Checked) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    for (i, fault) in listed(layered, "fault").enumerate() {
+        let path = format!("fault[{i}]");
+        let kind = match fault.text("kind") {
+            Some("frame-blank") => Some(FaultKind::FrameBlank),
+            Some("wheels-swapped") => Some(FaultKind::WheelsSwapped),
+            Some(_) => laser_off(&fault, rig, &path, typed, checked),
+            None => None,
+        };
+        if !matches!(kind, None | Some(FaultKind::LaserOff { .. })) && fault.text("laser").is_some() {
+            let path = format!("{path}.laser");
+            let finding = Finding::new(typed.span(&path), "`laser` in a fault that is not of a laser");
+            checked.wrong(&path, finding.help("only `kind = \"laser-off\"` names a laser"));
+        }
+        if let (Some(kind), Some(at_s)) = (kind, fault.number("at_s", Scale::Si)) {
+            faults.push(Fault { at_s, for_s: fault.number("for_s", Scale::Si), kind });
+        }
+    }
+    faults
+}
+
+fn laser_off(fault: &Element<'_>, rig: &Rig, path: &str, typed: &Typed, checked: &mut Checked) -> Option<FaultKind> {
+    let names: Vec<&str> = rig.lasers.iter().map(|l| l.name.as_str()).collect();
+    let known = format!("the rig's lasers: {}", quoted(&names));
+    let path_of_laser = format!("{path}.laser");
+    let Some(name) = fault.text("laser") else {
+        if checked.is_sound(&[&path_of_laser, "sensor"]) {
+            checked.wrong(path, Finding::new(typed.span(path), format!("`{path}` does not say which laser")).help(known));
+        }
+        return None;
+    };
+    let laser = names.iter().position(|n| *n == name);
+    if laser.is_none() && checked.is_sound(&["sensor"]) {
+        let guess = nearest(name, names.iter().copied()).map(|near| format!("did you mean \"{near}\"? ")).unwrap_or_default();
+        let finding = Finding::new(typed.span(&path_of_laser), format!("the rig has no laser \"{name}\""));
+        checked.wrong(&path_of_laser, finding.help(format!("{guess}{known}")));
+    }
+    laser.map(|laser| FaultKind::LaserOff { laser })
+}

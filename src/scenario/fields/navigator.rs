@@ -1,0 +1,29 @@
+//! The navigator: perception, control law, and what it is told of the duct.
+
+use super::{Default, Field, TableRow};
+use crate::scenario::model::{Law, Pipeline};
+
+pub(super) const TABLES: &[TableRow] = &[
+    TableRow::new("perception", "How images become errors."),
+    TableRow::new("control", "How errors become wheel speeds."),
+    TableRow::new("navigation", "What the navigator is told of the duct."),
+];
+
+pub(super) const FIELDS: &[Field] = &[
+    Field::word(
+        "perception.pipeline",
+        &["paper", "truth"],
+        |s| s.perception.pipeline.word(),
+        |s, word| s.perception.pipeline = if word == "truth" { Pipeline::Truth } else { Pipeline::Paper },
+    )
+    .default("\"paper\"")
+    .refuse(&[("robust", "the robust pipeline is not in this version yet: \"paper\" and \"truth\" are")])
+    .about("\"paper\" is the paper's chain, \"truth\" steers by the true errors, to tell what perception costs."),
+    Field::word("control.law", &["koh-cho"], |s| s.control.law.word(), |s, _| s.control.law = Law::KohCho)
+        .default("\"koh-cho\"")
+        .about("The path-tracking law: Koh and Cho's."),
+    Field::number("navigation.width_m", 0.05, 10.0, |s| &mut s.navigation.width_m)
+        .unit("m")
+        .or(Default::Computed("duct.width_m"))
+        .about("The duct's width as the navigator is told it, W_d."),
+];

@@ -1,0 +1,98 @@
+//! Scenario files: what a run is made of and what it must achieve.
+//!
+//! In data-flow order:
+//!
+//! - [`fields`]: the one table of fields that everything else is driven by;
+//! - `source`, `parse`, `tree`: texts to TOML values with their places;
+//! - [`overlay`], `typed`: the file **as typed**, with what `--with` and `--set` lay over it;
+//! - `check`, `unknown_key`: each value against its row;
+//! - `presets`, `resolve`, `elements`: presets beneath, defaults filled in, into the typed [`Scenario`] **as resolved**;
+//! - `cross`: what fields say of each other;
+//! - [`diagnostic`]: every error found, for people and for programs;
+//! - `write`: a resolved scenario as a file again; [`schema`]: the format for editors.
+//!
+//! It reads files and writes none, and knows nothing of how a run is carried out.
+
+mod check;
+pub mod criteria;
+mod cross;
+pub mod diagnostic;
+mod elements;
+pub mod fields;
+mod model;
+pub mod overlay;
+mod parse;
+mod presets;
+mod resolve;
+mod schema;
+mod source;
+mod tree;
+mod typed;
+mod unknown_key;
+mod write;
+
+use std::path::Path;
+
+pub use criteria::{Bound, Criteria, Criterion, Measured};
+pub use diagnostic::{Diagnostic, Diagnostics, Place};
+pub use model::{
+    Control, Duct, Fault, FaultKind, Finish, Law, Navigation, Perception, Piece, Pipeline, Rates, RigDeviation, Scenario, Start,
+    Surface,
+};
+pub use overlay::Overlays;
+pub use schema::schema;
+
+/// What a file of this project describes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FileKind {
+    /// One run.
+    Scenario,
+    /// A list of many runs.
+    Sweep,
+    /// A search over many runs.
+    Study,
+}
+
+impl FileKind {
+    /// By the file's `kind`; `None` if it does not say, or says something else.
+    pub fn of(text: &str) -> Option<Self> {
+        let typed = typed::Typed::from_text("", text);
+        match typed.root.get(fields::KIND)?.as_text()? {
+            "scenario" => Some(Self::Scenario),
+            "sweep" => Some(Self::Sweep),
+            "study" => Some(Self::Study),
+            _ => None,
+        }
+    }
+}
+
+impl Scenario {
+    /// Reads a scenario file, lays the overlays over it, fills in presets and defaults, and checks all of it.
+    ///
+    /// # Errors
+    /// Every error found, in the order of the texts: the file, then each overlay.
+    pub fn read(path: &Path, overlays: &Overlays) -> Result<Self, Diagnostics> {
+        resolve::resolve(&typed::Typed::read(path, overlays))
+    }
+
+    /// The same from a text; errors name it `scenario`.
+    ///
+    /// # Errors
+    /// Every error found, in the order of the text.
+    pub fn from_toml_str(text: &str) -> Result<Self, Diagnostics> {
+        resolve::resolve(&typed::Typed::from_text("scenario", text))
+    }
+
+    /// The resolved scenario as a file, every default written out. Read back, it gives an equal scenario.
+    pub fn to_toml(&self) -> String {
+        write::to_toml(self)
+    }
+
+    /// Checks a scenario that was changed or made by hand as if it had been read.
+    ///
+    /// # Errors
+    /// Every error found, with its place in [`Scenario::to_toml`]'s text.
+    pub fn validate(&self) -> Result<(), Diagnostics> {
+        Self::from_toml_str(&self.to_toml()).map(|_| ())
+    }
+}

@@ -1,0 +1,263 @@
+//! A scenario as resolved: every default and preset filled in, SI units, radians.
+
+use ductloop_duct::cell::SurfaceId;
+use ductloop_duct::fitting::{Fitting, Shape};
+use ductloop_duct::network::{End, Network, NetworkError};
+use ductloop_nav::control::koh_cho::KohChoParams;
+use ductloop_nav::perception::paper::PaperParams;
+use ductloop_nav::rig::Rig;
+use ductloop_sensor::optics::{Look, Optics};
+use ductloop_sim::spec::RobotSpec;
+
+use super::criteria::Criteria;
+
+/// A run of a robot through a duct, complete.
+///
+/// Its fields may be changed freely; [`Scenario::validate`] then says whether it still holds together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scenario {
+    /// Name of the run and of its folder.
+    pub name: String,
+    /// What it is for; may be empty.
+    pub about: String,
+    /// Feeds every random stream.
+    pub seed: u64,
+    /// Simulated time after which the run has failed.
+    pub time_limit_s: f64,
+    /// How often each part acts.
+    pub rates: Rates,
+    /// The robot's body.
+    pub robot: RobotSpec,
+    /// Speed along the duct that the navigator holds.
+    pub speed_m_s: f64,
+    /// The nominal rig, by which the navigator reads images.
+    pub rig: Rig,
+    /// How the true rig differs from it.
+    pub rig_error: RigDeviation,
+    /// Exposure of every frame, in seconds.
+    pub exposure_s: f64,
+    /// Light, lens and CCD. Its `exposure_s` is the one for which the peak grey values hold.
+    pub optics: Optics,
+    /// How images become errors.
+    pub perception: Perception,
+    /// How errors become wheel speeds.
+    pub control: Control,
+    /// What the navigator is told of the duct.
+    pub navigation: Navigation,
+    /// The duct.
+    pub duct: Duct,
+    /// The surfaces that [`SurfaceId`]s are indices of.
+    pub surfaces: Vec<Surface>,
+    /// Where the run starts.
+    pub start: Start,
+    /// Where it ends.
+    pub finish: Finish,
+    /// What goes wrong on purpose.
+    pub faults: Vec<Fault>,
+    /// What the run must achieve.
+    pub pass: Criteria,
+}
+
+/// How often each part acts, in Hz. The second and third divide the first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rates {
+    /// Physics steps.
+    pub physics_hz: u32,
+    /// Wheel controller.
+    pub wheel_control_hz: u32,
+    /// Camera, and with it the command controller.
+    pub camera_hz: u32,
+}
+
+/// How the true rig differs from the nominal one.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RigDeviation {
+    /// True pan less reported pan, in radians.
+    pub pan_rad: f64,
+    /// True tilt less reported tilt, in radians.
+    pub tilt_rad: f64,
+    /// True roll less nominal roll, in radians.
+    pub roll_rad: f64,
+    /// Turn of each laser's plane about the camera's x axis through its source, in radians, in the order of the lasers.
+    pub laser_plane_rad: Vec<f64>,
+}
+
+/// How images become errors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Perception {
+    /// Which way.
+    pub pipeline: Pipeline,
+    /// Parameters of the paper's chain. Its `duct_width_m` does not count: [`Navigation::width_m`] does.
+    pub paper: PaperParams,
+}
+
+/// A way from images to errors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pipeline {
+    /// The paper's chain.
+    Paper,
+    /// The true errors, without looking at any image.
+    Truth,
+}
+
+/// How errors become wheel speeds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Control {
+    /// Which law.
+    pub law: Law,
+    /// Parameters of Koh and Cho's law. Its `speed_m_s` and `effective_track_m` do not count: [`Scenario::speed_m_s`] and the
+    /// robot's own measures do.
+    pub koh_cho: KohChoParams,
+}
+
+/// A path-tracking law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Law {
+    /// Koh and Cho's.
+    KohCho,
+}
+
+/// What the navigator is told of the duct.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Navigation {
+    /// The duct's width W_d, in metres.
+    pub width_m: f64,
+}
+
+/// The duct: one cross-section, fittings joined one after the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Duct {
+    /// Inside width, in metres.
+    pub width_m: f64,
+    /// Inside height, in metres.
+    pub height_m: f64,
+    /// What a fitting is made of unless it says otherwise.
+    pub surface: SurfaceId,
+    /// The fittings from entry to exit.
+    pub run: Vec<Piece>,
+    /// How the beginning is finished.
+    pub entry: End,
+    /// How the end is finished.
+    pub exit: End,
+}
+
+/// A fitting of the run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    /// What it is.
+    pub shape: Shape,
+    /// What it is made of.
+    pub surface: SurfaceId,
+}
+
+/// A surface: what it looks like and how it grips.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    /// The name by which scenarios speak of it.
+    pub name: String,
+    /// What it looks like.
+    pub look: Look,
+    /// Coefficient of friction between wheel and surface.
+    pub friction: f64,
+}
+
+/// Where the base stands when the run begins, at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Start {
+    /// Distance along the centreline, in metres.
+    pub distance_m: f64,
+    /// Offset from the centreline, left positive, in metres.
+    pub lateral_m: f64,
+    /// Heading against the centreline, anticlockwise positive, in radians.
+    pub heading_rad: f64,
+}
+
+/// The line that completes the run when the base passes it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finish {
+    /// Its distance from the end of the centreline, in metres.
+    pub before_end_m: f64,
+}
+
+/// Something that goes wrong on purpose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fault {
+    /// When it begins, in simulated seconds.
+    pub at_s: f64,
+    /// How long it lasts, in seconds; `None`: to the end of the run.
+    pub for_s: Option<f64>,
+    /// What it is.
+    pub kind: FaultKind,
+}
+
+/// What can go wrong on purpose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FaultKind {
+    /// A laser gives no light.
+    LaserOff {
+        /// Its index in the rig.
+        laser: usize,
+    },
+    /// Frames come without light: every pixel black but for the noise.
+    FrameBlank,
+    /// Commands for the left wheels drive the right ones, and the other way round.
+    WheelsSwapped,
+}
+
+impl Pipeline {
+    /// The word for it in a scenario.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Truth => "truth",
+        }
+    }
+}
+
+impl Law {
+    /// The word for it in a scenario.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::KohCho => "koh-cho",
+        }
+    }
+}
+
+/// The word for how an end is finished.
+pub(super) fn end_word(end: End) -> &'static str {
+    match end {
+        End::Open => "open",
+        End::Cap => "cap",
+    }
+}
+
+impl Duct {
+    /// The fittings with their cross-section.
+    pub fn fittings(&self) -> Vec<Fitting> {
+        let (width_m, height_m) = (self.width_m, self.height_m);
+        self.run.iter().map(|piece| Fitting { shape: piece.shape, width_m, height_m, surface: piece.surface }).collect()
+    }
+
+    /// The network that the fittings make.
+    ///
+    /// # Errors
+    /// None for a scenario that was read or that [`Scenario::validate`] accepts.
+    pub fn network(&self) -> Result<Network, NetworkError> {
+        Network::from_run(&self.fittings(), self.entry, self.exit)
+    }
+}
+
+impl Scenario {
+    /// The true rig, which makes the images: the nominal one with its deviation.
+    pub fn actual_rig(&self) -> Rig {
+        let RigDeviation { pan_rad, tilt_rad, roll_rad, laser_plane_rad } = &self.rig_error;
+        let rig = self.rig.clone().with_mount_error(*pan_rad, *tilt_rad, *roll_rad);
+        let turned = laser_plane_rad.iter().enumerate().take(self.rig.lasers.len()).filter(|(_, angle)| **angle != 0.0);
+        turned.fold(rig, |rig, (index, angle)| rig.with_plane_turned(index, *angle))
+    }
+
+    /// Distance of the finish line along the centreline of `network`, in metres.
+    pub fn finish_m(&self, network: &Network) -> f64 {
+        network.centreline.length_m() - self.finish.before_end_m
+    }
+}

@@ -1,0 +1,124 @@
+//! The format as JSON Schema, for editors, made from the table of fields.
+
+use serde_json::{Map, Value, json};
+
+use super::fields::{self, Default, Field, Kind, Shape, TableShape};
+use super::parse;
+use super::tree;
+
+/// JSON Schema (draft 2020-12) of a scenario file.
+///
+/// A file that it rejects is rejected when read. The reverse does not hold: rules between fields, such as that the robot fits
+/// the duct, are beyond it.
+pub fn schema() -> Value {
+    let mut root = table(fields::root());
+    let head = json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "ductloop scenario",
+    });
+    if let (Value::Object(root), Value::Object(head)) = (&mut root, head) {
+        root.extend(head);
+    }
+    root
+}
+
+fn table(shape: &TableShape) -> Value {
+    let properties: Map<String, Value> = shape.children.iter().map(|(key, child)| ((*key).to_owned(), of(child))).collect();
+    let is_required = |child: &Shape| match child {
+        Shape::Leaf(field) => matches!(field.default, Default::Required(_)),
+        Shape::Table(inner) => needs_anything(inner),
+        Shape::List(inner) => inner.row.min_len > 0,
+        Shape::Named(_) => false,
+    };
+    let required: Vec<&str> = shape.children.iter().filter(|(_, child)| is_required(child)).map(|(key, _)| *key).collect();
+    let mut schema = json!({
+        "type": "object",
+        "description": shape.row.about,
+        "properties": properties,
+        "additionalProperties": false,
+    });
+    // A surface or laser that overrides a preset's needs only what it changes.
+    if !required.is_empty() && !shape.row.path.ends_with(".*") {
+        schema["required"] = json!(required);
+    }
+    let one = |key: &&str| json!({ "required": [key] });
+    if !shape.row.exactly_one.is_empty() {
+        schema["oneOf"] = shape.row.exactly_one.iter().map(one).collect();
+    }
+    if !shape.row.at_most_one.is_empty() {
+        schema["not"] = json!({ "required": shape.row.at_most_one });
+    }
+    schema
+}
+
+fn needs_anything(shape: &TableShape) -> bool {
+    shape.children.iter().any(|(_, child)| match child {
+        Shape::Leaf(field) => matches!(field.default, Default::Required(_)),
+        Shape::Table(inner) => needs_anything(inner),
+        Shape::List(inner) => inner.row.min_len > 0,
+        Shape::Named(_) => false,
+    })
+}
+
+fn of(shape: &Shape) -> Value {
+    match shape {
+        Shape::Leaf(field) => leaf(field),
+        Shape::Table(inner) => table(inner),
+        Shape::Named(inner) => json!({
+            "type": "object",
+            "description": inner.row.about,
+            "patternProperties": { NAME: table(inner) },
+            "additionalProperties": false,
+        }),
+        Shape::List(inner) => json!({ "type": "array", "items": table(inner), "minItems": inner.row.min_len }),
+    }
+}
+
+const NAME: &str = "^[A-Za-z0-9_-]{1,64}$";
+
+fn leaf(field: &Field) -> Value {
+    let number = |min: f64, max: f64| json!({ "type": "number", "minimum": min, "maximum": max });
+    let mut schema = match field.kind {
+        Kind::Number { min, max } => number(min, max),
+        Kind::Integer { min, max } if min == max => json!({ "const": min }),
+        Kind::Integer { min, max } => json!({ "type": "integer", "minimum": min, "maximum": max }),
+        Kind::Numbers { len, min, max, single } => {
+            let array = json!({ "type": "array", "items": number(min, max), "minItems": len, "maxItems": len });
+            if single { json!({ "oneOf": [number(min, max), array] }) } else { array }
+        }
+        Kind::Integers { len, min, max } => {
+            let item = json!({ "type": "integer", "minimum": min, "maximum": max });
+            json!({ "type": "array", "items": item, "minItems": len, "maxItems": len })
+        }
+        Kind::List { min, max } => json!({ "type": "array", "items": number(min, max) }),
+        Kind::Flag => json!({ "type": "boolean" }),
+        Kind::Word(words) => json!({ "enum": words }),
+        Kind::Name => json!({ "type": "string", "pattern": NAME }),
+        Kind::Text => json!({ "type": "string" }),
+    };
+    let beyond = match field.default {
+        Default::Required(_) | Default::Value(_) => String::new(),
+        Default::Preset => " Default: the preset's.".to_owned(),
+        Default::Computed(how) => format!(" Default: {how}."),
+        Default::Absent(meaning) => format!(" If absent: {meaning}."),
+    };
+    schema["description"] = json!(format!("{}{beyond}", field.sentence()));
+    if !field.unit.is_empty() {
+        schema["x-unit"] = json!(field.unit);
+    }
+    if let Default::Value(toml) = field.default {
+        schema["default"] = parse::value(toml, 0, 0).map_or(Value::Null, |node| to_json(&node.value));
+    }
+    schema
+}
+
+fn to_json(value: &tree::Value) -> Value {
+    match value {
+        tree::Value::Text(text) => json!(text),
+        tree::Value::Integer(x) => json!(x),
+        tree::Value::Number(x) => json!(x),
+        tree::Value::Flag(flag) => json!(flag),
+        tree::Value::List(list) => list.iter().map(|n| to_json(&n.value)).collect(),
+        tree::Value::Table(_) | tree::Value::Other(_) => Value::Null,
+    }
+}
