@@ -1,3 +1,39 @@
-//! What the camera would see.
+//! What the camera of a duct robot would see: light, surfaces, lens and CCD.
+//!
+//! In the order in which a frame comes about:
+//!
+//! - [`optics`]: the parameters of light, surface and CCD, and [`light`]: the constants derived from them;
+//! - [`scenery`]: a duct network as sheets that light falls on, openings that it passes, and bodies that cast shadows;
+//! - [`beam`]: which parts of which sheets a point (the camera, a laser's source) sees, by following openings;
+//! - [`noise`]: the counter-based random numbers of the CCD and of speckle;
+//! - [`renderer`]: what a renderer is given and gives, whichever engine it runs on;
+//! - `gpu` and `WgpuRenderer`: the engine on wgpu (feature `wgpu`).
+//!
+//! What is not modelled: light that reaches the camera by more than one reflection, gloss, lens distortion, natural vignetting
+//! (a wall square to a ray is as bright at the image's corner as in its middle), motion blur, and the extent of the source: the
+//! edge of a shadow is sharp before the point spread.
 #![forbid(unsafe_code)]
+
+pub mod beam;
+pub mod light;
+pub mod noise;
 pub mod optics;
+pub mod renderer;
+pub mod scenery;
+
+#[cfg(feature = "wgpu")]
+pub mod gpu;
+#[cfg(feature = "wgpu")]
+mod gpu_buffers;
+#[cfg(feature = "wgpu")]
+mod gpu_scene;
+#[cfg(feature = "wgpu")]
+mod pipelines;
+#[cfg(feature = "wgpu")]
+mod wgpu_renderer;
+
+#[cfg(feature = "wgpu")]
+pub use wgpu_renderer::WgpuRenderer;
+
+/// Rigid transform; named `to_from` wherever it occurs.
+pub type Transform = nalgebra::Isometry3<f64>;

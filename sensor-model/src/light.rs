@@ -1,0 +1,86 @@
+//! Constants of the light model, derived once and used by every renderer.
+//!
+//! Light is counted in grey values (DN) above black at nominal exposure. On a point p of a wall with albedo `a`, met at an angle
+//! of incidence `i` at the distance r from the laser's source and the signed distance d from its plane, a slit gives
+//!
+//! ```text
+//! P / (r w(r)) * exp(-d^2 / (2 s^2)) * fan(angle) * cos(i) * a,   s = w(r) / 2.3548,   w = LineWidth::at
+//! ```
+//!
+//! since the power of the slit spreads over r along the fan and over w(r) across it; the headlamp, a point at the camera, gives
+//! `H / r^2 * cos(i) * a`. [`laser_strength`] is P and [`headlamp_strength`] is H.
+
+use ductloop_nav::rig::{Laser, LineWidth};
+use nalgebra::Vector3;
+
+use crate::optics::{Optics, REFERENCE_ALBEDO, REFERENCE_M};
+
+/// Full width at half maximum of a Gaussian over its standard deviation, 2 sqrt(2 ln 2).
+pub const FWHM_PER_SIGMA: f64 = 2.354_820_045_030_949_3;
+
+/// Where the Gaussian across a slit is cut, in standard deviations: 4e-5 of its peak, a hundredth of a grey value.
+pub const CUT_SIGMAS: f64 = 4.5;
+
+/// Width of the fan's edge, beyond `fan_rad / 2`, over which its light fades to nothing: half a degree (assumption).
+pub const FAN_FADE_RAD: f64 = 0.5 * std::f64::consts::PI / 180.0;
+
+/// Widest fan, in degrees.
+pub const FAN_MAX_DEG: f64 = 160.0;
+
+/// Light is not followed through openings whose middle is farther away than this, in metres. With the default optics a stripe
+/// met squarely there is 0.07 DN.
+pub const RANGE_M: f64 = 25.0;
+
+/// Half the number of taps of the point spread, without the middle one.
+pub const PSF_RADIUS: usize = 3;
+
+/// P of the slits' formula, in DN m^2: [`Optics::stripe_peak_dn`] is reached at the reference.
+pub fn laser_strength(optics: &Optics, line: &LineWidth) -> f64 {
+    optics.stripe_peak_dn * REFERENCE_M * line.at(REFERENCE_M) / REFERENCE_ALBEDO
+}
+
+/// H of the headlamp's formula, in DN m^2.
+pub fn headlamp_strength(optics: &Optics) -> f64 {
+    optics.headlamp_peak_dn * REFERENCE_M * REFERENCE_M / REFERENCE_ALBEDO
+}
+
+/// Weights of the point spread at 0, 1, 2, 3 pixels from the middle, along rows and along columns alike: the Gaussian integrated
+/// over each pixel, scaled so that all seven sum to one.
+pub fn psf_taps(sigma_px: f64) -> [f64; PSF_RADIUS + 1] {
+    if sigma_px == 0.0 {
+        return [1.0, 0.0, 0.0, 0.0];
+    }
+    let below = |x_px: f64| 0.5 * libm::erfc(-x_px / (sigma_px * std::f64::consts::SQRT_2));
+    let mut taps = [0.0; PSF_RADIUS + 1];
+    for (i, tap) in taps.iter_mut().enumerate() {
+        *tap = below(i as f64 + 0.5) - below(i as f64 - 0.5);
+    }
+    let sum = taps[0] + 2.0 * taps[1..].iter().sum::<f64>();
+    taps.map(|tap| tap / sum)
+}
+
+/// A fan of laser light, in the camera's axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fan {
+    /// Middle of the fan: the direction in the plane nearest to the line of sight.
+    pub along: Vector3<f64>,
+    /// The direction in the plane square to it.
+    pub across: Vector3<f64>,
+    /// Half the opening angle, in radians.
+    pub half_rad: f64,
+}
+
+impl Fan {
+    /// The fan of a laser. A plane square to the line of sight, in which no direction is nearest, takes the camera's x.
+    pub fn of(laser: &Laser) -> Self {
+        let normal = laser.normal_in_camera.into_inner();
+        let in_plane = |axis: Vector3<f64>| axis - normal * normal.dot(&axis);
+        let along = in_plane(Vector3::z()).try_normalize(1e-6).unwrap_or_else(|| in_plane(Vector3::x()).normalize());
+        Self { along, across: normal.cross(&along), half_rad: laser.fan_rad / 2.0 }
+    }
+
+    /// k of the profile exp(k angle^2), in 1/rad^2: at `half_rad` the share `edge` of the middle is left.
+    pub fn exponent(&self, edge: f64) -> f64 {
+        libm::log(edge) / (self.half_rad * self.half_rad)
+    }
+}

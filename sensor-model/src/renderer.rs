@@ -1,0 +1,146 @@
+//! What a renderer is given and what it gives, whichever engine it runs on.
+
+use ductloop_duct::cell::SurfaceId;
+use ductloop_nav::rig::RigError;
+use nalgebra::Vector3;
+
+use crate::Transform;
+use crate::light::FAN_MAX_DEG;
+use crate::optics::OpticsError;
+
+/// Laser slits that a rig may have.
+pub const MAX_LASERS: usize = 4;
+
+/// What changes from frame to frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// Pose of the camera (frame: x along the rows, y down the columns, z along the view) in the world.
+    pub world_from_camera: Transform,
+    /// Number of the frame: chooses its random numbers.
+    pub frame: u64,
+    /// Exposure, in seconds.
+    pub exposure_s: f64,
+    /// Power of each of the rig's lasers as a share of nominal; 0 is off. Entries past the rig's lasers are not read.
+    pub laser_power: [f64; MAX_LASERS],
+    /// Power of the headlamp as a share of nominal; 0 is off.
+    pub headlamp_power: f64,
+}
+
+/// Makes camera images.
+pub trait Renderer: Send {
+    /// Renders one frame into `image`: `width * height` grey values, row by row from the top left.
+    ///
+    /// # Errors
+    /// When the image could not be made; `image` is then as it was.
+    fn render(&mut self, view: &View, image: &mut [u8]) -> Result<(), RenderError>;
+}
+
+/// Why there is no image.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RenderError {
+    /// No graphics adapter, not even a software one.
+    #[error(
+        "no graphics adapter was found ({0}); on Debian or Ubuntu `apt-get install mesa-vulkan-drivers` installs one that needs no graphics card"
+    )]
+    NoAdapter(String),
+    /// The adapter would not give a device, or the device refused a resource or a shader.
+    #[error("the graphics device failed: {0}")]
+    Device(String),
+    /// The device is gone (driver reset, card removed).
+    #[error("the graphics device was lost: {0}")]
+    Lost(String),
+    /// The device did not finish a frame in time.
+    #[error("the graphics device did not finish a frame within {0} s")]
+    Hung(f64),
+    /// The camera is not inside the duct.
+    #[error(
+        "the camera at ({:.3}, {:.3}, {:.3}) m, looking along ({:.3}, {:.3}, {:.3}), is outside the duct",
+        position_m[0], position_m[1], position_m[2], direction[0], direction[1], direction[2]
+    )]
+    OutsideNetwork {
+        /// Where, in the world.
+        position_m: [f64; 3],
+        /// Line of sight, in the world.
+        direction: [f64; 3],
+    },
+    /// The buffer for the image has the wrong size.
+    #[error("the image buffer holds {given} pixels; the camera has {expected}")]
+    BufferSize {
+        /// Pixels of the camera.
+        expected: usize,
+        /// Bytes given.
+        given: usize,
+    },
+    /// The image is larger than the device's textures may be.
+    #[error("an image of {width_px} x {height_px} pixels is larger than this device can render ({limit_px} a side)")]
+    ImageTooLarge {
+        /// Columns.
+        width_px: usize,
+        /// Rows.
+        height_px: usize,
+        /// Largest side.
+        limit_px: usize,
+    },
+    /// The rig has more lasers than renderers provide for.
+    #[error("the rig has {0} lasers; at most {MAX_LASERS} can be rendered")]
+    TooManyLasers(usize),
+    /// A laser's fan is too wide.
+    #[error("the fan of laser `{laser}` opens by {fan_deg:.1} degrees; it must be above 0 and at most {FAN_MAX_DEG}")]
+    Fan {
+        /// The laser's name.
+        laser: String,
+        /// Its opening.
+        fan_deg: f64,
+    },
+    /// A surface of the network has no entry in the table of looks.
+    #[error("surface {} of the duct has no look: the table has {looks} entries", surface.0)]
+    NoLook {
+        /// The surface.
+        surface: SurfaceId,
+        /// Entries of the table.
+        looks: usize,
+    },
+    /// A surface scatters less than nothing or more than it gets.
+    #[error("an albedo of {0}; it must be from 0 to 1")]
+    Albedo(f64),
+    /// Exposure or a power is negative or not a number.
+    #[error("{what} is {value}; it must be finite and not negative")]
+    ViewValue {
+        /// Which value.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// The rig cannot work.
+    #[error(transparent)]
+    Rig(#[from] RigError),
+    /// The optics cannot work.
+    #[error(transparent)]
+    Optics(#[from] OpticsError),
+}
+
+impl View {
+    /// Checks the values that are not part of the pose, which is checked by looking for its cell.
+    ///
+    /// # Errors
+    /// [`RenderError::ViewValue`] for the first value that is negative or not finite.
+    pub fn validate(&self) -> Result<(), RenderError> {
+        let powers = self.laser_power.iter().map(|power| ("a laser's power", *power));
+        let rest = [("the exposure, in seconds,", self.exposure_s), ("the headlamp's power", self.headlamp_power)];
+        for (what, value) in rest.into_iter().chain(powers) {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(RenderError::ViewValue { what, value });
+            }
+        }
+        Ok(())
+    }
+
+    /// The error that names this view's pose.
+    pub fn outside_network(&self) -> RenderError {
+        let pose = &self.world_from_camera;
+        RenderError::OutsideNetwork {
+            position_m: pose.translation.vector.into(),
+            direction: (pose.rotation * Vector3::z()).into(),
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! What renderers refuse, and that they say why.
+#![cfg(feature = "wgpu")]
+
+mod common;
+
+use common::{LOOKS, base_at, duct, quiet, straight, view, wide};
+use ductloop_nav::rig::Rig;
+use ductloop_sensor::WgpuRenderer;
+use ductloop_sensor::optics::{Look, Optics};
+use ductloop_sensor::renderer::{RenderError, Renderer, View};
+
+fn made(rig: &Rig, optics: &Optics, looks: &[Look]) -> Option<Result<WgpuRenderer, RenderError>> {
+    Some(WgpuRenderer::new(common::gpu()?, &duct(&[straight(6.0, 0.5, 0.3)]), rig, optics, looks, 1))
+}
+
+#[test]
+fn parameters_out_of_bounds_are_refused_at_the_start() {
+    let refused = |rig: &Rig, optics: &Optics, looks: &[Look], part: &str| {
+        let Some(made) = made(rig, optics, looks) else { return };
+        let message = made.expect_err(part).to_string();
+        assert!(message.contains(part), "{message}");
+    };
+    let rig = wide();
+    refused(&rig, &quiet(), &[], "surface 0 of the duct has no look: the table has 0 entries");
+    refused(&rig, &quiet(), &[Look { albedo: 1.5 }], "an albedo of 1.5");
+    refused(&rig, &Optics { psf_sigma_px: 2.0, ..quiet() }, &LOOKS, "psf_sigma_px is 2; it must be from 0 to 1.2");
+    let mut five = rig.clone();
+    five.lasers = vec![rig.lasers[0].clone(); 5];
+    refused(&five, &quiet(), &LOOKS, "5 lasers; at most 4");
+    let mut broad = rig.clone();
+    broad.lasers[1].fan_rad = 3.0;
+    refused(&broad, &quiet(), &LOOKS, "the fan of laser `high` opens by 171.9 degrees");
+    let mut none = rig;
+    none.lasers.clear();
+    refused(&none, &quiet(), &LOOKS, "the rig has no laser");
+}
+
+#[test]
+fn a_frame_that_cannot_be_made_leaves_the_image_alone() {
+    let rig = wide();
+    let Some(Ok(mut renderer)) = made(&rig, &quiet(), &LOOKS) else {
+        assert!(common::gpu().is_none());
+        return;
+    };
+    let mut pixels = vec![77; 640 * 480];
+    let inside = view(&rig, &base_at(1.5, 0.0, 0.0));
+    let outside = view(&rig, &base_at(1.5, 0.3, 0.0));
+    let error = renderer.render(&outside, &mut pixels).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "the camera at (1.620, 0.300, 0.100) m, looking along (1.000, 0.000, 0.000), is outside the duct"
+    );
+    let nowhere = view(&rig, &base_at(f64::NAN, 0.0, 0.0));
+    assert!(matches!(renderer.render(&nowhere, &mut pixels), Err(RenderError::OutsideNetwork { .. })));
+    let dark = View { exposure_s: f64::NAN, ..inside.clone() };
+    assert!(matches!(renderer.render(&dark, &mut pixels), Err(RenderError::ViewValue { .. })));
+    let short = renderer.render(&inside, &mut pixels[1..]).unwrap_err();
+    assert_eq!(short, RenderError::BufferSize { expected: 640 * 480, given: 640 * 480 - 1 });
+    assert!(pixels.iter().all(|dn| *dn == 77));
+    // After all of which it still renders.
+    renderer.render(&inside, &mut pixels).unwrap();
+    assert!(pixels.iter().any(|dn| *dn > 20));
+}
+
+#[test]
+fn a_width_that_is_no_multiple_of_four_is_packed_right() {
+    // The same camera, three columns narrower on the right: the same pixels but for those.
+    let rig = wide();
+    let mut narrow = rig.clone();
+    narrow.camera.width_px = 637;
+    let view = view(&rig, &base_at(1.5, 0.06, 6.0));
+    let (Some(Ok(mut a)), Some(Ok(mut b))) = (made(&rig, &quiet(), &LOOKS), made(&narrow, &quiet(), &LOOKS)) else {
+        assert!(common::gpu().is_none());
+        return;
+    };
+    let (wide_image, narrow_image) = (common::image(&mut a, &rig, &view), common::image(&mut b, &narrow, &view));
+    for (row, (a, b)) in wide_image.chunks(640).zip(narrow_image.chunks(637)).enumerate() {
+        assert!(a.iter().zip(b).all(|(a, b)| a.abs_diff(*b) <= 1), "row {row}");
+    }
+}
