@@ -12,20 +12,20 @@
 
 use std::ops::ControlFlow;
 
-use ductloop_duct::network::{Network, NetworkError};
 use ductloop_duct::Transform;
-use ductloop_nav::messages::{Command, Frame, Pixels, Sides};
+use ductloop_duct::network::{Network, NetworkError};
+use ductloop_nav::messages::{Command, Counts, Frame, Pixels, Sides};
+use ductloop_nav::navigator::{Navigator, State};
 use ductloop_nav::rig::{MountAngles, Rig};
 use ductloop_nav::wheel_controller::WheelController;
-use ductloop_sensor::renderer::{RenderError, Renderer, View, MAX_LASERS};
+use ductloop_sensor::renderer::{MAX_LASERS, RenderError, Renderer, View};
 use ductloop_sim::ground::Ground;
 use ductloop_sim::truth::Truth;
 use ductloop_sim::world::{SimError, World};
-
 use nalgebra::Point3;
 
 use crate::fault::Faults;
-use crate::pilot::Pilot;
+use crate::pilot::{Pilot, TruthFeed};
 use crate::record::{EndState, FrameRecord, KeyFrames, RunRecord};
 use crate::run_hash::RunHash;
 use crate::scenario::Scenario;
@@ -44,97 +44,228 @@ pub enum RunError {
     Render(#[from] RenderError),
 }
 
+/// A run that could not go on, with what it had come to.
+#[derive(Debug, thiserror::Error)]
+#[error("{error}")]
+pub struct RunFailure {
+    /// Why.
+    #[source]
+    pub error: RunError,
+    /// Its frames until then; `None` if it never began.
+    pub record: Option<Box<RunRecord>>,
+}
+
+impl<E: Into<RunError>> From<E> for RunFailure {
+    fn from(error: E) -> Self {
+        Self { error: error.into(), record: None }
+    }
+}
+
+/// How a run is carried out. Nothing of it bears on the result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// One thing after the other.
+    Alone,
+    /// A frame is rendered and read while the physics runs on to the next: its command is not due before.
+    Overlapped,
+}
+
 /// A navigator that has stopped is given this long to come to rest before the run ends.
 const STOPPED_S: f64 = 1.0;
 
 /// Runs a scenario to its end. `watch` sees every frame and its image, and may break the run off.
 ///
 /// # Errors
-/// Where the run cannot go on. What was recorded until then is handed to `watch` frame by frame; nothing else is kept.
+/// Where the run cannot go on, with the frames until then.
 pub fn run_with(
     scenario: &Scenario,
     pilot: Pilot,
     renderer: &mut dyn Renderer,
+    pace: Pace,
     mut watch: impl FnMut(&FrameRecord, &[u8]) -> ControlFlow<()>,
-) -> Result<RunRecord, RunError> {
-    let mut body = Body::new(scenario)?;
-    let Pilot { mut navigator, truth: truth_feed } = pilot;
-    let faults = Faults::new(scenario);
-    let camera = &scenario.rig.camera;
-    let mut image = vec![0; camera.width_px * camera.height_px];
-    let mut pending: Option<Command> = None;
-    let (mut exposure_s, mut laser_power) = (scenario.exposure_s, 1.0);
-    let (mut frames, mut key_frames, mut hash) = (Vec::new(), KeyFrames::default(), RunHash::default());
-    let mut stopped_frames = 0;
+) -> Result<RunRecord, RunFailure> {
+    let mut run = ClosedLoop::new(scenario, pilot, renderer, pace)?;
+    loop {
+        match run.frame(&mut watch) {
+            Ok(ControlFlow::Continue(())) => {}
+            Ok(ControlFlow::Break(end)) => return Ok(run.record(end)),
+            Err(error) => return Err(RunFailure { error, record: Some(Box::new(run.record(EndState::Failed))) }),
+        }
+    }
+}
 
-    let end = loop {
-        let tick = body.world.tick();
-        let time_s = tick as f64 / f64::from(scenario.rates.physics_hz);
-        let active = faults.at(time_s);
+/// A run in progress.
+struct ClosedLoop<'a> {
+    scenario: &'a Scenario,
+    faults: Faults,
+    pace: Pace,
+    body: Body,
+    head: Head<'a>,
+    /// The command decided on the last frame: takes effect at the next.
+    pending: Option<Command>,
+    exposure_s: f64,
+    laser_power: f64,
+    stopped_frames: u32,
+    frames: Vec<FrameRecord>,
+    key_frames: KeyFrames,
+    hash: RunHash,
+}
+
+impl<'a> ClosedLoop<'a> {
+    fn new(scenario: &'a Scenario, pilot: Pilot, renderer: &'a mut dyn Renderer, pace: Pace) -> Result<Self, RunError> {
+        Ok(Self {
+            scenario,
+            faults: Faults::new(scenario),
+            pace,
+            body: Body::new(scenario)?,
+            head: Head::new(scenario, pilot, renderer),
+            pending: None,
+            exposure_s: scenario.exposure_s,
+            laser_power: 1.0,
+            stopped_frames: 0,
+            frames: Vec::new(),
+            key_frames: KeyFrames::default(),
+            hash: RunHash::default(),
+        })
+    }
+
+    /// One frame period, from one exposure to the next.
+    fn frame(
+        &mut self,
+        watch: &mut impl FnMut(&FrameRecord, &[u8]) -> ControlFlow<()>,
+    ) -> Result<ControlFlow<EndState>, RunError> {
+        let tick = self.body.world.tick();
+        let time_s = self.body.time_s();
+        let active = self.faults.at(time_s);
 
         // The command decided on the frame before takes effect now.
-        if let Some(command) = pending.take() {
-            body.wheels.command(active.wheel_speeds(command.wheel_speed_rad_s));
-            body.world.point_mount(command.mount);
-            exposure_s = command.exposure_s.unwrap_or(exposure_s);
-            laser_power = command.laser_power.unwrap_or(laser_power);
+        if let Some(command) = self.pending.take() {
+            self.body.wheels.command(active.wheel_speeds(command.wheel_speed_rad_s));
+            self.body.world.point_mount(command.mount);
+            self.exposure_s = command.exposure_s.unwrap_or(self.exposure_s);
+            self.laser_power = command.laser_power.unwrap_or(self.laser_power);
         }
 
         // Exposure: truth, counts and mount angles belong to the same tick as the image.
-        let (truth, counts, mount) = (body.world.truth(), body.world.counts(), body.world.mount());
-        if let Some(end) = body.end(&truth, time_s, stopped_frames, scenario) {
-            break end;
+        let (truth, counts, mount) = (self.body.world.truth(), self.body.world.counts(), self.body.world.mount());
+        let collisions = self.body.world.collisions();
+        if let Some(end) = self.end(&truth) {
+            return Ok(ControlFlow::Break(end));
         }
-        let mut view = body.view(&truth, mount, frames.len() as u64, exposure_s, laser_power);
+        let mut view = self.body.view(&truth, mount, self.frames.len() as u64, self.exposure_s, self.laser_power);
         active.dim(&mut view);
-        renderer.render(&view, &mut image)?;
-        if let Some(feed) = &truth_feed {
-            feed.set(truth.lateral_m, truth.heading_rad, body.width_at(&truth));
-        }
+        let faults = active.bits();
 
         // The navigator reads the frame while the body moves on; its command waits for the next one.
-        let frame = Frame { width_px: camera.width_px, height_px: camera.height_px, pixels: Pixels::Grey8(&image) };
-        let command = navigator.on_frame(&frame, counts, mount, tick);
-        pending = Some(command);
+        let (head, body) = (&mut self.head, &mut self.body);
+        let width_m = body.width_at(&truth);
+        let mut look = || head.look(&view, &truth, width_m, counts, mount, tick);
+        let ticks = self.scenario.rates.ticks_per_frame();
+        let (command, moved) = match self.pace {
+            Pace::Alone => (look(), body.advance(ticks)),
+            Pace::Overlapped => std::thread::scope(|scope| {
+                let looking = scope.spawn(look);
+                let moved = body.advance(ticks);
+                (looking.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), moved)
+            }),
+        };
+        let command = command?;
+        self.pending = Some(command);
 
-        let report = navigator.report();
-        hash.frame(tick, &truth, &image, counts, &command);
-        key_frames.offer(frames.len() as u64, &image, report.lines);
-        stopped_frames = if report.state == ductloop_nav::navigator::State::Stopped { stopped_frames + 1 } else { 0 };
+        let report = self.head.navigator.report();
+        let (frame, image) = (self.frames.len() as u64, &self.head.image);
+        self.hash.frame(tick, &truth, image, counts, &command);
+        self.key_frames.offer(frame, image, report.lines);
+        self.stopped_frames = if report.state == State::Stopped { self.stopped_frames + 1 } else { 0 };
         let record = FrameRecord {
-            frame: frames.len() as u64,
+            frame,
             tick,
             time_s,
             truth,
-            collisions: body.world.collisions(),
+            collisions,
             counts,
             mount,
             measurement: report.measurement,
             state: report.state,
             lines: report.lines.len(),
             command,
-            faults: active.bits(),
+            faults,
         };
-        let verdict = watch(&record, &image);
-        frames.push(record);
-        if verdict.is_break() {
-            break EndState::BrokenOff;
-        }
+        let verdict = watch(&record, image);
+        self.frames.push(record);
+        moved?;
+        Ok(verdict.map_break(|()| EndState::BrokenOff))
+    }
 
-        for _ in 0..scenario.rates.ticks_per_frame() {
-            body.step()?;
+    /// Whether the run is over, and how.
+    fn end(&self, truth: &Truth) -> Option<EndState> {
+        let stopped_s = f64::from(self.stopped_frames) / f64::from(self.scenario.rates.camera_hz);
+        if truth.distance_m >= self.body.finish_m {
+            Some(EndState::Finished)
+        } else if self.body.is_outside(truth) {
+            Some(EndState::Outside)
+        } else if stopped_s >= STOPPED_S && truth.speed_m_s.abs() < 1e-3 {
+            Some(EndState::Stopped)
+        } else if self.body.time_s() >= self.scenario.time_limit_s {
+            Some(EndState::TimeLimit)
+        } else {
+            None
         }
-    };
-    let truth = body.world.truth();
-    Ok(RunRecord {
-        frames,
-        key_frames,
-        end,
-        sim_time_s: body.world.tick() as f64 / f64::from(scenario.rates.physics_hz),
-        collisions: body.world.collisions(),
-        distance_m: truth.distance_m - scenario.start.distance_m,
-        run_hash: hash.value(),
-    })
+    }
+
+    fn record(self, end: EndState) -> RunRecord {
+        // After a failure the world may hold anything; the last frame's truth is good.
+        let truth = match (end, self.frames.last()) {
+            (EndState::Failed, Some(last)) => last.truth,
+            _ => self.body.world.truth(),
+        };
+        RunRecord {
+            frames: self.frames,
+            key_frames: self.key_frames,
+            end,
+            sim_time_s: self.body.time_s(),
+            collisions: self.body.world.collisions(),
+            distance_m: truth.distance_m - self.scenario.start.distance_m,
+            run_hash: self.hash.value(),
+        }
+    }
+}
+
+/// The robot's head: the camera, and the navigator behind it.
+struct Head<'a> {
+    renderer: &'a mut dyn Renderer,
+    navigator: Box<dyn Navigator>,
+    truth: Option<TruthFeed>,
+    size_px: [usize; 2],
+    image: Vec<u8>,
+}
+
+impl<'a> Head<'a> {
+    fn new(scenario: &Scenario, pilot: Pilot, renderer: &'a mut dyn Renderer) -> Self {
+        let camera = &scenario.rig.camera;
+        let size_px = [camera.width_px, camera.height_px];
+        let Pilot { navigator, truth } = pilot;
+        Self { renderer, navigator, truth, size_px, image: vec![0; size_px[0] * size_px[1]] }
+    }
+
+    /// Exposes a frame and has the navigator decide on it.
+    fn look(
+        &mut self,
+        view: &View,
+        truth: &Truth,
+        width_m: f64,
+        counts: Counts,
+        mount: MountAngles,
+        tick: u64,
+    ) -> Result<Command, RenderError> {
+        self.renderer.render(view, &mut self.image)?;
+        if let Some(feed) = &self.truth {
+            feed.set(truth.lateral_m, truth.heading_rad, width_m);
+        }
+        let [width_px, height_px] = self.size_px;
+        let frame = Frame { width_px, height_px, pixels: Pixels::Grey8(&self.image) };
+        Ok(self.navigator.on_frame(&frame, counts, mount, tick))
+    }
 }
 
 /// The robot's body in its duct: physics, and the wheel controller that drives it.
@@ -143,6 +274,7 @@ struct Body {
     network: Network,
     wheels: WheelController,
     duty: Sides,
+    ticks_per_s: f64,
     ticks_per_wheel_control: u64,
     finish_m: f64,
     /// The rig as it truly is, and by how much its mount points elsewhere than it reports.
@@ -165,6 +297,7 @@ impl Body {
             world,
             wheels: WheelController::new(scenario.wheel_gains(), period_s, counts_per_wheel_turn),
             duty: Sides::default(),
+            ticks_per_s: f64::from(rates.physics_hz),
             ticks_per_wheel_control: rates.ticks_per_wheel_control(),
             finish_m: scenario.finish_m(&network),
             network,
@@ -173,12 +306,25 @@ impl Body {
         })
     }
 
-    /// One physics tick, and the wheel controller's where it is due.
-    fn step(&mut self) -> Result<(), SimError> {
-        if self.world.tick().is_multiple_of(self.ticks_per_wheel_control) {
-            self.duty = self.wheels.tick(self.world.counts());
+    fn time_s(&self) -> f64 {
+        self.world.tick() as f64 / self.ticks_per_s
+    }
+
+    /// Physics ticks, and the wheel controller's where they are due.
+    fn advance(&mut self, ticks: u64) -> Result<(), SimError> {
+        for _ in 0..ticks {
+            if self.world.tick().is_multiple_of(self.ticks_per_wheel_control) {
+                self.duty = self.wheels.tick(self.world.counts());
+            }
+            self.world.step(self.duty)?;
         }
-        self.world.step(self.duty)
+        Ok(())
+    }
+
+    fn is_outside(&self, truth: &Truth) -> bool {
+        // A millimetre above the floor, so that a wheel's penetration does not count as having left the duct.
+        let base = truth.world_from_base * Point3::new(0.0, 0.0, 1e-3);
+        self.network.cell_at(&base, truth.cell).is_none()
     }
 
     /// What the camera is to see.
@@ -194,24 +340,6 @@ impl Body {
 
     fn width_at(&self, truth: &Truth) -> f64 {
         self.network.centreline.segment_at(truth.distance_m).width_m
-    }
-
-    /// Whether the run is over, and how.
-    fn end(&self, truth: &Truth, time_s: f64, stopped_frames: u32, scenario: &Scenario) -> Option<EndState> {
-        // A millimetre above the floor, so that a wheel's penetration does not count as having left the duct.
-        let base = truth.world_from_base * Point3::new(0.0, 0.0, 1e-3);
-        let stopped_s = f64::from(stopped_frames) / f64::from(scenario.rates.camera_hz);
-        if truth.distance_m >= self.finish_m {
-            Some(EndState::Finished)
-        } else if self.network.cell_at(&base, truth.cell).is_none() {
-            Some(EndState::Outside)
-        } else if stopped_s >= STOPPED_S && truth.speed_m_s.abs() < 1e-3 {
-            Some(EndState::Stopped)
-        } else if time_s >= scenario.time_limit_s {
-            Some(EndState::TimeLimit)
-        } else {
-            None
-        }
     }
 }
 

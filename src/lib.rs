@@ -20,8 +20,12 @@ pub mod closed_loop;
 mod derived;
 pub mod fault;
 pub mod metrics;
+#[cfg(feature = "cli")]
+pub mod output;
 pub mod pilot;
 pub mod record;
+#[cfg(feature = "cli")]
+pub mod report;
 pub mod run_hash;
 pub mod scenario;
 #[cfg(feature = "wgpu")]
@@ -36,4 +40,4 @@ pub use metrics::{Metrics, Reason, Verdict};
 pub use pilot::Pilot;
 pub use scenario::Scenario;
 #[cfg(feature = "wgpu")]
-pub use single_run::{run, Outcome};
+pub use single_run::{Outcome, renderer, run};

@@ -1,1 +1,10 @@
-fn main() {}
+//! The command `ductloop`.
+#![forbid(unsafe_code)]
+
+mod cli;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    ExitCode::from(cli::main())
+}

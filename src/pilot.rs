@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use ductloop_nav::control::koh_cho::{KohCho, KohChoParams};
 use ductloop_nav::control::ControlLaw;
+use ductloop_nav::control::koh_cho::{KohCho, KohChoParams};
 use ductloop_nav::messages::Frame;
 use ductloop_nav::navigator::{DuctNavigator, Navigator, NavigatorParams};
 use ductloop_nav::odometry::DriveModel;
@@ -108,11 +108,7 @@ fn law(scenario: &Scenario) -> Box<dyn ControlLaw> {
 
 /// Parameters of the control law: speed and effective track are the scenario's and the robot's.
 pub fn koh_cho_params(scenario: &Scenario) -> KohChoParams {
-    KohChoParams {
-        speed_m_s: scenario.speed_m_s,
-        effective_track_m: effective_track_m(scenario),
-        ..scenario.control.koh_cho
-    }
+    KohChoParams { speed_m_s: scenario.speed_m_s, effective_track_m: effective_track_m(scenario), ..scenario.control.koh_cho }
 }
 
 /// Parameters of the paper's pipeline: the duct's width is what the navigator is told.

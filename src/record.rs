@@ -117,6 +117,8 @@ pub enum EndState {
     Outside,
     /// The caller broke it off: an interrupt, or the limit on wall-clock time.
     BrokenOff,
+    /// It could not go on.
+    Failed,
 }
 
 impl EndState {
@@ -131,6 +133,7 @@ impl EndState {
             Self::Stopped => "stopped",
             Self::Outside => "outside",
             Self::BrokenOff => "broken-off",
+            Self::Failed => "failed",
         }
     }
 }

@@ -3,11 +3,11 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use ductloop_sensor::gpu::Gpu;
 use ductloop_sensor::WgpuRenderer;
+use ductloop_sensor::gpu::Gpu;
 
-use crate::closed_loop::{run_with, RunError};
-use crate::metrics::{judge, Metrics, Reason, Verdict};
+use crate::closed_loop::{Pace, RunError, RunFailure, run_with};
+use crate::metrics::{Metrics, Reason, Verdict, judge};
 use crate::pilot::Pilot;
 use crate::record::RunRecord;
 use crate::scenario::Scenario;
@@ -29,11 +29,11 @@ pub struct Outcome {
 ///
 /// # Errors
 /// Where there is no adapter, or the run could not go on.
-pub fn run(scenario: &Scenario, pilot: impl Into<Pilot>) -> Result<Outcome, RunError> {
+pub fn run(scenario: &Scenario, pilot: impl Into<Pilot>) -> Result<Outcome, RunFailure> {
     let gpu = Gpu::open()?;
     let mut renderer = renderer(&gpu, scenario)?;
     let started = Instant::now();
-    let record = run_with(scenario, pilot.into(), &mut renderer, |_, _| ControlFlow::Continue(()))?;
+    let record = run_with(scenario, pilot.into(), &mut renderer, Pace::Overlapped, |_, _| ControlFlow::Continue(()))?;
     let metrics = Metrics::of(scenario, &record, Some(started.elapsed().as_secs_f64()));
     let (verdict, reasons) = judge(scenario, &record, &metrics);
     Ok(Outcome { verdict, reasons, metrics, record })

@@ -24,12 +24,21 @@ pub struct RobotSpec {
     pub ground_clearance_m: f64,
     /// Height of the robot's highest point, the camera's mast, above the floor.
     pub highest_m: f64,
+    /// x of the mast's axis. The mast stands on the chassis, on the robot's midplane.
+    pub mast_x_m: f64,
+    /// Width of the mast, which is square.
+    pub mast_width_m: f64,
     /// Centre of mass in the base frame, (x, z); it lies on the robot's midplane.
     pub centre_of_mass_m: [f64; 2],
-    /// Torsional stiffness of the mechanical link between a side's front and rear wheel, in N m/rad.
+    /// Torsional stiffness of the mechanical link from a side's motor to each of its wheels, seen at the wheel, in N m/rad.
+    /// The simulation holds at most (wheel inertia) (physics rate)^2, 138 N m/rad for INCRA I at 1200 Hz.
     pub link_stiffness_n_m_rad: f64,
     /// Coefficient of rolling resistance: torque that opposes rolling, as a share of wheel load times wheel radius.
     pub rolling_resistance: f64,
+    /// Friction coefficient of chassis, mast and wheel flanks on walls and solids.
+    pub body_friction: f64,
+    /// Fastest turn of the mount, pan and tilt each, in rad/s.
+    pub mount_rate_rad_s: f64,
     /// The drive of each side.
     pub drive: DriveSpec,
 }
@@ -49,7 +58,8 @@ pub struct DriveSpec {
     pub rotor_inertia_kg_m2: f64,
     /// Motor turns for one wheel turn.
     pub gear_ratio: f64,
-    /// Share of the motor's torque that the gear passes on while driving.
+    /// Share of the motor's torque that the gear passes on while driving. While braking, the gear loses as much again, which
+    /// brakes too.
     pub gear_efficiency: f64,
     /// Coulomb friction of gear and bearings, seen at the wheel, in N m.
     pub coulomb_friction_n_m: f64,
@@ -71,9 +81,13 @@ impl RobotSpec {
             nose_m: 0.16,
             ground_clearance_m: 0.025,
             highest_m: 0.175,
+            mast_x_m: 0.12,
+            mast_width_m: 0.04,
             centre_of_mass_m: [0.0, 0.055],
             link_stiffness_n_m_rad: 100.0,
             rolling_resistance: 0.01,
+            body_friction: 0.3,
+            mount_rate_rad_s: 2.0,
             drive: DriveSpec {
                 supply_v: 24.0,
                 resistance_ohm: 2.3,
@@ -98,5 +112,12 @@ impl RobotSpec {
     /// Metres along the floor for one encoder count.
     pub fn metres_per_count(&self) -> f64 {
         std::f64::consts::TAU * self.wheel_radius_m / (self.drive.gear_ratio * f64::from(self.drive.counts_per_motor_turn))
+    }
+}
+
+impl DriveSpec {
+    /// Encoder counts for one turn of a wheel.
+    pub fn counts_per_wheel_turn(&self) -> f64 {
+        self.gear_ratio * f64::from(self.counts_per_motor_turn)
     }
 }

@@ -131,8 +131,9 @@ impl RunFolder {
         let path = &self.path;
         match fs::metadata(path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
-            found if !system("look at", path, found)?.is_dir() => return Err(FolderError::NotAFolder(path.clone())),
-            Ok(_) | Err(_) => {}
+            Err(error) => return system("look at", path, Err(error)),
+            Ok(found) if !found.is_dir() => return Err(FolderError::NotAFolder(path.clone())),
+            Ok(_) => {}
         }
         match fs::read(path.join(SCENARIO)) {
             Ok(there) if there == self.scenario_toml.as_bytes() || self.force => Ok(()),

@@ -23,6 +23,7 @@ pub use folder::{FolderError, RunFolder, folder_name};
 pub use junit::write_junit;
 pub use manifest::Manifest;
 pub use summary::Summary;
+pub use whole_file::write as write_whole;
 
 use crate::record::RunRecord;
 use crate::report::{self, ReportError};

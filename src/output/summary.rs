@@ -21,7 +21,7 @@ pub struct Summary {
     pub seed: u64,
     /// What rendered: `wgpu` or `cpu`.
     pub renderer: String,
-    /// XXH3-128 of the run in 32 hexadecimal digits; null for a run that could not go on.
+    /// XXH3-128 of the run in 32 hexadecimal digits; null for a run that did not come to its end.
     pub run_hash: Option<String>,
     /// Its figures.
     pub metrics: Metrics,
@@ -51,8 +51,7 @@ impl Summary {
     /// The same for a run that could not go on ([`Verdict::Error`]) or was not given the time to ([`Verdict::Timeout`]): the
     /// figures are those of its frames so far, and of its criteria nothing is said.
     pub fn broken_off(self, verdict: Verdict, message: impl Into<String>) -> Self {
-        let run_hash = self.run_hash.filter(|_| verdict == Verdict::Timeout);
-        Self { verdict, message: Some(message.into()), reasons: Vec::new(), run_hash, ..self }
+        Self { verdict, message: Some(message.into()), reasons: Vec::new(), run_hash: None, ..self }
     }
 
     /// The document's text.

@@ -14,7 +14,7 @@ pub(super) fn beside(path: &Path, what: &str) -> PathBuf {
 }
 
 /// Writes a file aside, flushes it to disk and renames it. Folders above it are made.
-pub(super) fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
+pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder)?;
     }

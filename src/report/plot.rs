@@ -97,6 +97,10 @@ impl Plot {
         floor - (y.clamp(self.y[0], self.y[1]) - self.y[0]) / (self.y[1] - self.y[0]).max(f64::MIN_POSITIVE) * room
     }
 
+    fn shown_bands(&self) -> impl Iterator<Item = &Band> {
+        self.bands.iter().filter(|band| band.x[0] < self.x[1] && band.x[1] > self.x[0])
+    }
+
     /// The drawing.
     pub fn svg(&self) -> String {
         let mut out = String::new();
@@ -123,7 +127,7 @@ impl Plot {
     }
 
     fn draw_bands(&self, out: &mut String) -> std::fmt::Result {
-        for band in &self.bands {
+        for band in self.shown_bands() {
             let [from, to] = band.x.map(|x| self.at_x(x.clamp(self.x[0], self.x[1])));
             let (height, class) = (self.height - BOTTOM - TOP, band.class);
             // A fault of one frame must still be seen.
@@ -141,7 +145,7 @@ impl Plot {
             writeln!(out, r#"<path class="grid" d="M{x:.1} {TOP}V{floor:.1}"/>"#)?;
             writeln!(out, r#"<text x="{x:.1}" y="{:.1}" text-anchor="middle">{value:.decimals$}</text>"#, floor + 16.0)?;
         }
-        let count = ((floor - TOP) / 28.0).max(2.0) as usize;
+        let count = ((floor - TOP) / 24.0).max(2.0) as usize;
         let (values, decimals) = ticks(self.y[0], self.y[1], count);
         for value in values {
             let y = self.at_y(value);
@@ -192,7 +196,7 @@ impl Plot {
     fn draw_legend(&self, out: &mut String) -> std::fmt::Result {
         let series = self.series.iter().map(|s| (s.label.as_str(), s.class, s.style));
         let levels = self.levels.iter().map(|l| (l.label.as_str(), l.class, Style::Line));
-        let bands = self.bands.iter().map(|b| (b.label.as_str(), b.class, Style::Area));
+        let bands = self.shown_bands().map(|b| (b.label.as_str(), b.class, Style::Area));
         let (mut x, mut seen) = (LEFT, Vec::new());
         for (label, class, style) in series.chain(levels).chain(bands) {
             if label.is_empty() || seen.contains(&label) {
@@ -208,8 +212,8 @@ impl Plot {
                 }
             }
             writeln!(out, r#"<text x="{:.1}" y="18">{}</text>"#, x + 28.0, escaped(label))?;
-            // Text cannot be measured here: 6.6 a letter is the width of a common sans-serif at 12.5.
-            x += 28.0 + 6.6 * label.chars().count() as f64 + 18.0;
+            // Text cannot be measured here: 7 a letter is the width of a wide sans-serif at 12.5.
+            x += 28.0 + 7.0 * label.chars().count() as f64 + 18.0;
         }
         Ok(())
     }

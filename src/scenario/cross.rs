@@ -13,6 +13,7 @@ use super::Scenario;
 use super::check::Checked;
 use super::diagnostic::Finding;
 use super::source::Span;
+use super::tree::Entry;
 use super::typed::Typed;
 
 /// Free space that a robot needs on every side. Less is touching: the physics holds bodies about a millimetre apart.
@@ -31,6 +32,12 @@ pub(super) fn check(scenario: &Scenario, typed: &Typed, checked: &mut Checked) {
     if let Some(network) = cross.network() {
         cross.course(&network);
     }
+}
+
+/// Rounded up to a millimetre, so that what help says is accepted. The subtrahend is far below what is shown, and far above
+/// what the product rounds.
+fn up_mm(x_m: f64) -> f64 {
+    (x_m * 1e3 - 1e-6).ceil() / 1e3
 }
 
 struct Cross<'a> {
@@ -53,15 +60,14 @@ impl Cross<'_> {
 
     fn rates(&mut self) {
         let physics = self.scenario.rates.physics_hz;
-        for (path, rate) in [
-            ("rates.wheel_control_hz", self.scenario.rates.wheel_control_hz),
-            ("rates.camera_hz", self.scenario.rates.camera_hz),
-        ] {
-            if !self.checked.is_sound(&["rates.physics_hz", path]) || physics % rate == 0 {
+        for (path, rate) in
+            [("rates.wheel_control_hz", self.scenario.rates.wheel_control_hz), ("rates.camera_hz", self.scenario.rates.camera_hz)]
+        {
+            if !self.checked.is_sound(&["rates.physics_hz", path]) || physics.is_multiple_of(rate) {
                 continue;
             }
-            let below = (1..=rate).rev().find(|r| physics % r == 0);
-            let above = (rate..=physics).find(|r| physics % r == 0);
+            let below = (1..=rate).rev().find(|r| physics.is_multiple_of(*r));
+            let above = (rate..=physics).find(|r| physics.is_multiple_of(*r));
             let near: Vec<_> = [below, above].into_iter().flatten().map(|r| r.to_string()).collect();
             self.wrong(
                 &[path, "rates.physics_hz"],
@@ -87,9 +93,18 @@ impl Cross<'_> {
             return;
         }
         if let Err(error) = self.scenario.robot.validate() {
-            let path = format!("robot.{}", error.field);
-            let message = format!("`{path}` is {}: the robot cannot be built", error.value);
-            self.wrong(&[&path, "robot.preset", "robot"], message, error.rule);
+            let field = format!("robot.{}", error.field);
+            let message = format!("the robot cannot be built: `{field}` is {}", error.value);
+            // The field may be the preset's, and what was typed in its way another one.
+            let path = field.split('[').next().unwrap_or(&field);
+            let typed = ["robot.drive", "robot"].into_iter().filter_map(|table| {
+                let entries = &self.typed.root.at(table)?.as_table()?.entries;
+                let body = |e: &&Entry| !["preset", "speed_m_s", "drive"].contains(&e.key.as_str());
+                entries.iter().find(body).map(|e| format!("{table}.{}", e.key))
+            });
+            let typed: Vec<String> = typed.collect();
+            let paths: Vec<&str> = std::iter::once(path).chain(typed.iter().map(String::as_str)).collect();
+            self.wrong(&paths, message, error.rule);
         }
     }
 
@@ -125,7 +140,7 @@ impl Cross<'_> {
         if turns != lasers.len() {
             self.wrong(
                 &["sensor.error.laser_plane_deg", "sensor.error"],
-                format!("`sensor.error.laser_plane_deg` has {turns} elements, but the rig has {} lasers", lasers.len()),
+                format!("`sensor.error.laser_plane_deg` takes {} angles, not {turns}", lasers.len()),
                 format!("one for each of {}, in this order", lasers.join(", ")),
             );
         } else if self.checked.is_sound(&["sensor"])
@@ -177,17 +192,16 @@ impl Cross<'_> {
     fn fit(&mut self) {
         let [width_m, height_m] = self.scenario.robot.smallest_duct_m();
         let duct = &self.scenario.duct;
-        for (path, what, has_m, robot_m, sides) in [
-            ("duct.width_m", "narrow", duct.width_m, width_m, 2.0),
-            ("duct.height_m", "low", duct.height_m, height_m, 1.0),
-        ] {
+        for (path, what, has_m, robot_m, sides) in
+            [("duct.width_m", "narrow", duct.width_m, width_m, 2.0), ("duct.height_m", "low", duct.height_m, height_m, 1.0)]
+        {
             let needs_m = robot_m + sides * FREE_M;
             if self.checked.is_sound(&["robot", path]) && has_m < needs_m {
                 let dimension = if path == "duct.width_m" { "wide" } else { "high" };
                 self.wrong(
                     &[path],
                     format!("the duct is too {what} for the robot: {has_m} m, and the robot is {robot_m:.3} m {dimension}"),
-                    format!("{needs_m:.3} m or more, a millimetre of it free on each side"),
+                    format!("{:.3} m or more, a millimetre of it free on each side", up_mm(needs_m)),
                 );
             }
         }
@@ -206,7 +220,9 @@ impl Cross<'_> {
             Err(NetworkError::Fitting { index, error }) => {
                 let path = format!("duct.run[{index}]");
                 let help = match error {
-                    FittingError::Angle { max_deg, .. } => format!("1 to {max_deg} degrees to the left, or -1 to -{max_deg} to the right"),
+                    FittingError::Angle { max_deg, .. } => {
+                        format!("1 to {max_deg} degrees to the left, or -1 to -{max_deg} to the right")
+                    }
                     FittingError::NotPositive { .. } => "a positive length in metres".to_owned(),
                 };
                 let paths = ["elbow_deg", "mitre_deg", "straight_m"].map(|key| format!("{path}.{key}"));

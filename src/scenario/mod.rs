@@ -5,7 +5,7 @@
 //! - [`fields`]: the one table of fields that everything else is driven by;
 //! - `source`, `parse`, `tree`: texts to TOML values with their places;
 //! - [`overlay`], `typed`: the file **as typed**, with what `--with` and `--set` lay over it;
-//! - `check`, `unknown_key`: each value against its row;
+//! - `check`, `value`, `unknown_key`: each key and value against its row;
 //! - `presets`, `resolve`, `elements`: presets beneath, defaults filled in, into the typed [`Scenario`] **as resolved**;
 //! - `cross`: what fields say of each other;
 //! - [`diagnostic`]: every error found, for people and for programs;
@@ -29,6 +29,7 @@ mod source;
 mod tree;
 mod typed;
 mod unknown_key;
+mod value;
 mod write;
 
 use std::path::Path;

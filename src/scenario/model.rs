@@ -120,7 +120,7 @@ pub enum Law {
 /// What the navigator is told of the duct.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Navigation {
-    /// The duct's width W_d, in metres.
+    /// The duct's width, the paper's `W_d`, in metres.
     pub width_m: f64,
 }
 

@@ -34,10 +34,8 @@ pub(super) fn set(root: &mut Table, sources: &Sources, source: usize) -> Result<
     let lead = typed.len() - typed.trim_start().len();
     let value = typed.trim();
     let start = equals + 1 + lead;
-    let node = parse::value(value, source, start).unwrap_or_else(|| Node {
-        value: Value::Text(value.to_owned()),
-        span: Span::new(source, start..start + value.len()),
-    });
+    let node = parse::value(value, source, start)
+        .unwrap_or_else(|| Node { value: Value::Text(value.to_owned()), span: Span::new(source, start..start + value.len()) });
     let steps = path(&text[..equals], source)?;
     put(root, &steps, node, source)
 }

@@ -21,13 +21,19 @@ pub(super) fn value(text: &str, source: usize, offset: usize) -> Option<Node> {
 }
 
 fn syntax(error: &Error, source: usize) -> Finding {
-    let message = error.message();
+    let message = match error.message() {
+        // That is what the parser says of nothing, too.
+        quoted if quoted.starts_with("string values must be quoted") && error.span().is_some_and(|s| s.is_empty()) => {
+            "missing value"
+        }
+        message => message,
+    };
     let finding = Finding::new(Span::new(source, error.span().unwrap_or(0..0)), format!("not TOML: {message}"));
     if message.starts_with("duplicate key") {
         finding.help("a key or table stands once in a file: keep one of the two")
     } else if message.starts_with("string values must be quoted") {
         finding.help("strings stand in double quotes, as in `name = \"straight\"`")
-    } else if message.starts_with("missing assignment") || message.starts_with("key with no value") {
+    } else if message.starts_with("missing") || message.starts_with("key with no value") {
         finding.help("a line is `key = value`, a table's header `[table]`, a comment starts with `#`")
     } else {
         finding
@@ -53,7 +59,7 @@ fn node(value: Spanned<DeValue<'_>>, source: usize, offset: usize) -> Node {
         DeValue::String(text) => Value::Text(text.into_owned()),
         DeValue::Integer(number) => match i64::from_str_radix(number.as_str(), number.radix()) {
             Ok(number) => Value::Integer(number),
-            Err(_) => Value::Other("a whole number beyond 64 bits"),
+            Err(_) => Value::Other("a number beyond 64 bits"),
         },
         DeValue::Float(number) => number.as_str().parse().map_or(Value::Other("an unreadable number"), Value::Number),
         DeValue::Boolean(flag) => Value::Flag(flag),

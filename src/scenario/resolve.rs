@@ -11,7 +11,7 @@ use nalgebra::Point3;
 
 use super::check::Checked;
 use super::criteria::{Bound, Criteria, Criterion};
-use super::diagnostic::{Diagnostics, Finding};
+use super::diagnostic::Diagnostics;
 use super::fields::{self, Default, Field, Scale, Slot};
 use super::model::{Control, Duct, Finish, Law, Navigation, Perception, Pipeline, Rates, RigDeviation, Start};
 use super::source::{Sources, Span};
@@ -38,9 +38,8 @@ pub(super) fn resolve(typed: &Typed) -> Result<Scenario, Diagnostics> {
         return fail([typed.findings.clone(), checked.findings].concat());
     }
     if !typed.findings.is_empty() {
-        // What the parser made of a broken line says nothing about the author's intent; what is missing may stand in it.
-        let line = |f: &Finding| (f.span.source, typed.sources.place(f.span).line);
-        checked.findings.retain(|f| typed.findings.iter().all(|broken| line(broken) != line(f)));
+        // What is missing may stand in a broken line.
+        checked.findings.retain(|f| typed.findings.iter().all(|broken| !overshadows(broken.span, f.span, &typed.sources)));
         return fail([typed.findings.clone(), checked.findings].concat());
     }
     let layered = beneath(&root);
@@ -48,6 +47,20 @@ pub(super) fn resolve(typed: &Typed) -> Result<Scenario, Diagnostics> {
     let scenario = build(&layered, &root, typed, &mut checked);
     cross::check(&scenario, typed, &mut checked);
     if checked.findings.is_empty() { Ok(scenario) } else { fail(checked.findings) }
+}
+
+/// Whether what the parser made of a text says nothing about its author's intent, because the syntax before it is broken: on
+/// the same line, and after a broken table header up to the next header.
+fn overshadows(broken: Span, span: Span, sources: &Sources) -> bool {
+    if broken.source != span.source {
+        return false;
+    }
+    let text = sources.text(span.source);
+    let (broken, place) = (sources.place(broken), sources.place(span));
+    let is_header = |line: &str| line.trim_start().starts_with('[');
+    let from_broken_on = text.lines().skip(broken.line).take((place.line).saturating_sub(broken.line));
+    broken.line == place.line
+        || (is_header(&broken.text) && broken.line < place.line && !from_broken_on.into_iter().any(is_header))
 }
 
 /// Presets laid beneath what was typed.

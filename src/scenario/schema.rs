@@ -24,13 +24,7 @@ pub fn schema() -> Value {
 
 fn table(shape: &TableShape) -> Value {
     let properties: Map<String, Value> = shape.children.iter().map(|(key, child)| ((*key).to_owned(), of(child))).collect();
-    let is_required = |child: &Shape| match child {
-        Shape::Leaf(field) => matches!(field.default, Default::Required(_)),
-        Shape::Table(inner) => needs_anything(inner),
-        Shape::List(inner) => inner.row.min_len > 0,
-        Shape::Named(_) => false,
-    };
-    let required: Vec<&str> = shape.children.iter().filter(|(_, child)| is_required(child)).map(|(key, _)| *key).collect();
+    let required: Vec<&str> = shape.children.iter().filter(|(_, child)| child.is_required()).map(|(key, _)| *key).collect();
     let mut schema = json!({
         "type": "object",
         "description": shape.row.about,
@@ -49,15 +43,6 @@ fn table(shape: &TableShape) -> Value {
         schema["not"] = json!({ "required": shape.row.at_most_one });
     }
     schema
-}
-
-fn needs_anything(shape: &TableShape) -> bool {
-    shape.children.iter().any(|(_, child)| match child {
-        Shape::Leaf(field) => matches!(field.default, Default::Required(_)),
-        Shape::Table(inner) => needs_anything(inner),
-        Shape::List(inner) => inner.row.min_len > 0,
-        Shape::Named(_) => false,
-    })
 }
 
 fn of(shape: &Shape) -> Value {

@@ -58,7 +58,8 @@ impl Typed {
         let (table, syntax) = parse::document(&self.sources, source);
         if table.entries.is_empty() && syntax.is_empty() {
             let what = if text.trim().is_empty() { "the file is empty" } else { "the file holds nothing but comments" };
-            let help = "a scenario starts with `format = 1` and `kind = \"scenario\"`; `ductloop schema` lists all that may follow";
+            let help =
+                "a scenario starts with `format = 1` and `kind = \"scenario\"`; `ductloop schema` lists all that may follow";
             self.findings.push(Finding::new(Span::new(source, 0..0), what).help(help));
         }
         self.findings.extend(syntax);

@@ -1,6 +1,6 @@
 //! What may have been meant by a key that nobody knows.
 
-use super::check::quoted;
+use super::check::{inside, quoted};
 use super::diagnostic::Finding;
 use super::fields::{Field, TableShape, fields};
 use super::tree::Entry;
@@ -28,11 +28,10 @@ const UNITS: &[(&str, &str, f64)] = &[
 
 /// The error for a key that does not belong in a table.
 pub(super) fn finding(shape: &TableShape, path: &str, entry: &Entry) -> Finding {
-    let place = if path.is_empty() { "at the top of the file".to_owned() } else { format!("in [{path}]") };
-    let finding = Finding::new(entry.key_span, format!("unknown key `{}` {place}", entry.key));
+    let finding = Finding::new(entry.key_span, format!("unknown key `{}` {}", entry.key, inside(path)));
     let known: Vec<_> = shape.keys().collect();
-    if let Some(help) = other_unit(shape, entry) {
-        return finding.help(help);
+    if let Some(field) = other_unit(shape, entry) {
+        return finding.help(in_unit(field, entry));
     }
     if let Some(near) = nearest(&entry.key, known.iter().copied()) {
         let about = shape.leaves().find(|f| f.key() == near).map_or_else(String::new, |f| format!(" {}", f.sentence()));
@@ -45,19 +44,30 @@ pub(super) fn finding(shape: &TableShape, path: &str, entry: &Entry) -> Finding 
     finding.help(format!("known here: {}", quoted(&known)))
 }
 
-/// The same quantity under another unit: `width_mm` for `width_m`.
-fn other_unit(shape: &TableShape, entry: &Entry) -> Option<String> {
+/// The key that was probably meant by an unknown one.
+pub(super) fn meant(shape: &TableShape, entry: &Entry) -> Option<&'static str> {
+    if shape.child(&entry.key).is_some() {
+        return None;
+    }
+    other_unit(shape, entry).map(Field::key).or_else(|| nearest(&entry.key, shape.keys()))
+}
+
+/// The field for the same quantity in another unit: `width_m` for `width_mm`.
+fn other_unit(shape: &TableShape, entry: &Entry) -> Option<&'static Field> {
     let (stem, unit) = split(&entry.key)?;
-    let (field, (_, _, size)) = shape.leaves().find_map(|field| {
-        let (known_stem, known_unit) = split(field.key())?;
-        (known_stem == stem && known_unit.1 == unit.1).then_some((field, known_unit))
-    })?;
-    let example = entry.node.as_number().filter(|x| x.is_finite()).map_or_else(String::new, |x| {
+    shape.leaves().find(|field| split(field.key()).is_some_and(|(known, in_unit)| known == stem && in_unit.1 == unit.1))
+}
+
+/// The field's unit, and the value in it.
+fn in_unit(field: &Field, entry: &Entry) -> String {
+    let example = || {
+        let (typed, known) = (split(&entry.key)?.1, split(field.key())?.1);
+        let x = entry.node.as_number().filter(|x| x.is_finite())?;
         // Twelve digits: what a person typed, without what the division rounds.
-        let converted: f64 = format!("{:.11e}", x * unit.2 / size).parse().unwrap_or(x);
-        format!(", as in `{} = {converted}`", field.key())
-    });
-    Some(format!("the key is `{}`, in {}{example}", field.key(), unit_name(field)))
+        let converted: f64 = format!("{:.11e}", x * typed.2 / known.2).parse().ok()?;
+        Some(format!(", as in `{} = {converted}`", field.key()))
+    };
+    format!("the key is `{}`, in {}{}", field.key(), unit_name(field), example().unwrap_or_default())
 }
 
 fn unit_name(field: &Field) -> &'static str {

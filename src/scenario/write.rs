@@ -40,9 +40,8 @@ fn tree(scenario: &Scenario) -> Table {
 }
 
 fn load(field: &Field, scenario: &mut Scenario) -> Option<Value> {
-    let numbers = |values: &[f64], scale: Scale| {
-        Value::List(values.iter().map(|x| node(Value::Number(scale.in_file(*x)))).collect())
-    };
+    let numbers =
+        |values: &[f64], scale: Scale| Value::List(values.iter().map(|x| node(Value::Number(scale.in_file(*x)))).collect());
     Some(match field.slot {
         Slot::ByTable => return None,
         Slot::Fixed(toml) => parse::value(toml, 0, 0)?.value,
@@ -136,10 +135,8 @@ fn lasers(scenario: &Scenario) -> Table {
 
 fn surfaces(scenario: &Scenario) -> Table {
     named(scenario.surfaces.iter().map(|surface| {
-        let table = element([
-            ("albedo", Some(Value::Number(surface.look.albedo))),
-            ("friction", Some(Value::Number(surface.friction))),
-        ]);
+        let table =
+            element([("albedo", Some(Value::Number(surface.look.albedo))), ("friction", Some(Value::Number(surface.friction)))]);
         (surface.name.clone(), table)
     }))
 }

@@ -34,8 +34,8 @@ pub fn binarise_local(image: &ScanImage, threshold: &LocalThreshold, sums: &mut 
     // sums row y: the sum of image rows y .. y + window.
     let rows = height - window + 1;
     sums.resize(rows * width, 0);
-    for x in 0..width {
-        sums[x] = (0..window).map(|j| u32::from(image.pixels[j * width + x])).sum();
+    for (x, sum) in sums[..width].iter_mut().enumerate() {
+        *sum = (0..window).map(|j| u32::from(image.pixels[j * width + x])).sum();
     }
     for y in 1..rows {
         let (before, here) = sums.split_at_mut(y * width);

@@ -6,7 +6,7 @@ use ductloop_nav::angle::rotation_about_z;
 use ductloop_sim::spec::RobotSpec;
 use nalgebra::{Point3, Translation3};
 
-use super::{Cross, FREE_M};
+use super::{Cross, FREE_M, up_mm};
 
 /// The robot's plan is looked at in points this far apart.
 const STEP_M: f64 = 0.01;
@@ -15,10 +15,7 @@ const STEP_M: f64 = 0.01;
 fn plan(robot: &RobotSpec) -> [(f64, f64, f64); 2] {
     let axle = robot.wheelbase_m / 2.0 + robot.wheel_radius_m;
     let [length_m, width_m, _] = robot.chassis_m;
-    [
-        (robot.nose_m - length_m, robot.nose_m, width_m / 2.0),
-        (-axle, axle, (robot.track_m + robot.wheel_width_m) / 2.0),
-    ]
+    [(robot.nose_m - length_m, robot.nose_m, width_m / 2.0), (-axle, axle, (robot.track_m + robot.wheel_width_m) / 2.0)]
 }
 
 /// Points on the outline of the robot's plan with [`FREE_M`] around it, in the base frame.
@@ -94,7 +91,7 @@ impl Cross<'_> {
             self.wrong(
                 &["start.distance_m", "start"],
                 format!("at the start, {} m along the duct, the robot's rear is outside", start.distance_m),
-                format!("{:.3} m or more", -rear_m + FREE_M),
+                format!("{:.3} m or more", up_mm(-rear_m)),
             );
         } else if left_m - right_m > duct.width_m {
             self.wrong(
@@ -108,8 +105,8 @@ impl Cross<'_> {
                 "at the start the robot touches a wall".to_owned(),
                 format!(
                     "at this heading, in a straight, `start.lateral_m` may be {:.3} to {:.3}",
-                    -half_m - right_m,
-                    half_m - left_m
+                    up_mm(-half_m - right_m),
+                    -up_mm(left_m - half_m)
                 ),
             );
         }
@@ -123,7 +120,7 @@ impl Cross<'_> {
             self.wrong(
                 &["finish.before_end_m", "duct.exit"],
                 format!("the finish is {} m before the duct's cap, which the robot's nose meets first", finish.before_end_m),
-                format!("{nose_m:.3} m or more"),
+                format!("{:.3} m or more", up_mm(nose_m)),
             );
         }
     }

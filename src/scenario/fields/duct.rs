@@ -10,9 +10,13 @@ pub(super) const TABLES: &[TableRow] = &[
     TableRow {
         exactly_one: &["straight_m", "elbow_deg", "mitre_deg"],
         min_len: 1,
+        example: "[{ straight_m = 6.0 }]",
         ..TableRow::new("duct.run[]", "A fitting of the run. Turns are positive to the left.")
     },
-    TableRow::new("surface.*", "A surface under a name of its own; it defines one, or overrides one that comes with the program."),
+    TableRow::new(
+        "surface.*",
+        "A surface under a name of its own; it defines one, or overrides one that comes with the program.",
+    ),
 ];
 
 const ENDS: &[&str] = &["cap", "open"];

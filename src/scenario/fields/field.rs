@@ -127,13 +127,7 @@ impl Field {
     }
 
     /// A point or direction, or another fixed number of numbers.
-    pub(super) const fn numbers(
-        path: &'static str,
-        len: usize,
-        min: f64,
-        max: f64,
-        at: fn(&mut Scenario) -> &mut [f64],
-    ) -> Self {
+    pub(super) const fn numbers(path: &'static str, len: usize, min: f64, max: f64, at: fn(&mut Scenario) -> &mut [f64]) -> Self {
         Self::new(path, Kind::Numbers { len, min, max, single: false }, Slot::Numbers(at, Scale::Si))
     }
 

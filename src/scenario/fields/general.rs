@@ -3,10 +3,8 @@
 use super::field::Slot;
 use super::{Field, Kind, TableRow};
 
-pub(super) const TABLES: &[TableRow] = &[TableRow::new(
-    "rates",
-    "How often each part acts. Physics ticks are the only clock: the other two rates divide theirs.",
-)];
+pub(super) const TABLES: &[TableRow] =
+    &[TableRow::new("rates", "How often each part acts. Physics ticks are the only clock: the other two rates divide theirs.")];
 
 /// The path of the format's version.
 pub(in crate::scenario) const FORMAT: &str = "format";

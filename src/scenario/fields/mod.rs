@@ -38,11 +38,13 @@ pub struct TableRow {
     pub at_most_one: &'static [&'static str],
     /// The fewest elements of an array of tables.
     pub min_len: usize,
+    /// An example of an array of tables that must not be empty, as TOML.
+    pub example: &'static str,
 }
 
 impl TableRow {
     const fn new(path: &'static str, about: &'static str) -> Self {
-        Self { path, about, exactly_one: &[], at_most_one: &[], min_len: 0 }
+        Self { path, about, exactly_one: &[], at_most_one: &[], min_len: 0, example: "" }
     }
 }
 

@@ -16,7 +16,9 @@ pub(super) const FIELDS: &[Field] = &[
     Field::number("perception.paper.nearest_wall_m", 0.05, 5.0, |s| &mut s.perception.paper.nearest_wall_m)
         .unit("m")
         .default("0.25")
-        .about("Depth of the nearest wall that stripes are sought on: the background is taken from beyond their thickness there."),
+        .about(
+            "Depth of the nearest wall that stripes are sought on: the background is taken from beyond their thickness there.",
+        ),
     Field::size("perception.paper.background_window_px", 1, 200, |s| &mut s.perception.paper.background_window_px)
         .unit("px")
         .default("6")

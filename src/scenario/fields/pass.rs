@@ -26,7 +26,9 @@ pub(super) const FIELDS: &[Field] = &[
         .milli("mm")
         .about("Least distance that must remain between the robot and any wall."),
     criterion("pass.lateral_rms_mm", 1e4, "lateral_rms_m").milli("mm").about("RMS offset from the centreline after settling."),
-    criterion("pass.lateral_max_mm", 1e4, "lateral_max_m").milli("mm").about("Largest offset from the centreline after settling."),
+    criterion("pass.lateral_max_mm", 1e4, "lateral_max_m")
+        .milli("mm")
+        .about("Largest offset from the centreline after settling."),
     criterion("pass.heading_rms_deg", 180.0, "heading_rms_rad").degrees().about("RMS heading error after settling."),
     criterion("pass.heading_max_deg", 180.0, "heading_max_rad").degrees().about("Largest heading error after settling."),
     criterion("pass.lateral_estimate_rms_mm", 1e4, "lateral_estimate_rms_m")

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use super::{Field, TableRow, fields, last, parent, tables};
+use super::{Default, Field, TableRow, fields, last, parent, tables};
 
 /// What may stand at a key.
 #[derive(Debug)]
@@ -29,9 +29,21 @@ pub(in crate::scenario) fn root() -> &'static TableShape {
     ROOT.get_or_init(|| TableShape::of(&ROW))
 }
 
+impl Shape {
+    /// Whether the table around it must have it.
+    pub(in crate::scenario) fn is_required(&self) -> bool {
+        match self {
+            Self::Leaf(field) => matches!(field.default, Default::Required(_)),
+            Self::Table(inner) => inner.is_required(),
+            Self::List(inner) => inner.row.min_len > 0,
+            Self::Named(_) => false,
+        }
+    }
+}
+
 impl TableShape {
     fn of(row: &'static TableRow) -> Self {
-        let leaves = fields().filter(|f| parent(f.path) == row.path && f.path != "").map(|f| (f.key(), Shape::Leaf(f)));
+        let leaves = fields().filter(|f| parent(f.path) == row.path).map(|f| (f.key(), Shape::Leaf(f)));
         let inner = tables().filter_map(|t| {
             let (place, wrap): (_, fn(Self) -> Shape) = match (t.path.strip_suffix("[]"), t.path.strip_suffix(".*")) {
                 (Some(place), _) => (place, Shape::List),
@@ -46,6 +58,11 @@ impl TableShape {
     /// What may stand at this key.
     pub(in crate::scenario) fn child(&self, key: &str) -> Option<&Shape> {
         self.children.iter().find(|(name, _)| *name == key).map(|(_, shape)| shape)
+    }
+
+    /// Whether a file must have this table, because something in it must be given.
+    pub(in crate::scenario) fn is_required(&self) -> bool {
+        self.children.iter().any(|(_, child)| child.is_required())
     }
 
     /// The keys that may stand here.

@@ -1,0 +1,47 @@
+#!/usr/bin/env bash
+# Everything that CI checks, and what a developer runs before a commit: formatting, lints, tests, documentation.
+# A fresh Debian or Ubuntu machine with Rust passes it; what else is needed it installs, where it may.
+set -euo pipefail
+cd "$(dirname "$0")"
+
+step() { printf '\n== %s\n' "$*"; }
+
+# A Vulkan driver: Mesa's lavapipe renders on the processor, so no graphics card is needed.
+have_vulkan() {
+    [ -n "${VK_DRIVER_FILES:-}${VK_ICD_FILENAMES:-}" ] && return 0
+    compgen -G '/usr/share/vulkan/icd.d/*.json' >/dev/null || compgen -G '/etc/vulkan/icd.d/*.json' >/dev/null
+}
+if [ "$(uname -s)" = Linux ] && ! have_vulkan; then
+    step "a Vulkan driver"
+    as_root=()
+    [ "$(id -u)" = 0 ] || as_root=(sudo -n)
+    if command -v apt-get >/dev/null && "${as_root[@]}" true 2>/dev/null; then
+        "${as_root[@]}" apt-get update -qq
+        DEBIAN_FRONTEND=noninteractive "${as_root[@]}" apt-get install -y -qq mesa-vulkan-drivers >/dev/null
+    else
+        echo "There is no Vulkan driver, and this script may not install one. On Debian or Ubuntu, as root:" >&2
+        echo "    apt-get install mesa-vulkan-drivers" >&2
+        exit 1
+    fi
+fi
+# What lavapipe and other drivers say about a missing desktop does not belong into test output.
+export XDG_RUNTIME_DIR="${XDG_RUNTIME_DIR:-$(mktemp -d)}"
+export RUSTDOCFLAGS="-D warnings"
+
+step "formatting"
+cargo fmt --all --check
+
+step "lints"
+cargo clippy --release --workspace --all-targets --locked -- -D warnings
+cargo clippy --release --locked --no-default-features --lib -- -D warnings
+
+step "tests"
+cargo test --release --workspace --locked
+
+step "documentation"
+cargo doc --workspace --no-deps --locked --quiet
+
+step "figures, the small slice"
+./figures.sh --slice "$(mktemp -d)/figures.json"
+
+step "all good"

@@ -1,0 +1,220 @@
+//! The duct's sheet metal as the robot meets it: one floor plane, and a convex slab behind every other closed piece of face.
+//!
+//! A slab's inner side is the piece of face itself; its outer side stands [`THICKNESS_M`] further out and is drawn in, so that
+//! the slabs of two walls that meet in an inner corner as sharp as 60 degrees (a mitre of 120 degrees) stay out of each
+//! other's duct. Where there is no room behind a wall (two ducts share one sheet), the slab is made thinner, and where even
+//! [`THINNEST_M`] reaches into another cell the network is refused: the robot would bump into a wall that is not there.
+
+use ductloop_duct::cell::{Cell, FaceKind, Plane, Solid};
+use ductloop_duct::network::Network;
+use nalgebra::{Point3, Vector3};
+use rapier3d::geometry::SharedShape;
+use rapier3d::math::{Pose, Vector};
+use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
+use rapier3d::parry::query;
+
+use crate::convert;
+use crate::opening::closed_parts;
+
+/// Thickness of a slab where there is room: ten ticks of travel at 1.2 m/s, so nothing passes through it.
+pub const THICKNESS_M: f64 = 10e-3;
+/// Thinnest slab: two ticks of travel, still deeper than any penetration.
+pub const THINNEST_M: f64 = 2.5e-3;
+/// How far a slab may reach into a cell: the overlap that a network itself allows.
+const OVERLAP_M: f64 = 1e-3;
+/// 1 / tan(30 degrees), half the sharpest inner corner.
+const DRAWN_IN: f64 = 1.75;
+
+/// Something that the robot can bump into, in world coordinates.
+#[derive(Clone)]
+pub struct Obstacle {
+    /// Convex shape, its points in the world frame.
+    pub shape: SharedShape,
+    /// The inner side, if it is a piece of a face.
+    pub sheet: Option<Sheet>,
+    /// Middle of its corners.
+    pub centre: Point3<f64>,
+    /// Distance of its farthest corner from the middle.
+    pub radius_m: f64,
+}
+
+/// A closed piece of a face.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sheet {
+    /// Its plane, normal out of the cell.
+    pub plane: Plane,
+    /// Its convex outline.
+    pub outline: Vec<Point3<f64>>,
+}
+
+/// Everything of a network that a robot can touch.
+#[derive(Clone)]
+pub struct Walls {
+    /// The plane of all floors, normal down, out of the ducts.
+    pub floor: Plane,
+    /// Walls, ceilings and solids of each cell.
+    pub of_cell: Vec<Vec<Obstacle>>,
+}
+
+/// Why a network cannot be driven in.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum WallError {
+    /// Not all floors lie in one plane.
+    #[error(
+        "the floor of fitting {fitting} lies {off_mm:.3} mm off the plane of the first one; all floors must lie in one plane"
+    )]
+    FloorsNotInOnePlane {
+        /// The fitting, from 0.
+        fitting: usize,
+        /// How far off.
+        off_mm: f64,
+    },
+    /// A floor has an opening.
+    #[error("the floor of fitting {fitting} has an opening; openings in floors cannot be driven over")]
+    FloorOpening {
+        /// The fitting, from 0.
+        fitting: usize,
+    },
+    /// A wall's slab would stand in another duct.
+    #[error("there is no room behind a wall of fitting {fitting}: less than {} mm to the inside of fitting {other}", THINNEST_M * 1e3)]
+    NoRoom {
+        /// The wall's fitting, from 0.
+        fitting: usize,
+        /// The fitting that it would reach into.
+        other: usize,
+    },
+    /// A face or solid has no volume to collide with.
+    #[error("a face or solid of fitting {fitting} is degenerate")]
+    Degenerate {
+        /// The fitting, from 0.
+        fitting: usize,
+    },
+}
+
+impl Walls {
+    /// Makes the floor and the obstacles of a network.
+    ///
+    /// # Errors
+    /// What about the network cannot be driven in.
+    pub fn new(network: &Network) -> Result<Self, WallError> {
+        let floor = floor(network)?;
+        let hulls = network.cells.iter().map(hull_of_cell).collect::<Result<Vec<_>, _>>()?;
+        let of_cell = network
+            .cells
+            .iter()
+            .enumerate()
+            .map(|(id, cell)| {
+                let mut obstacles = Vec::new();
+                for face in cell.faces.iter().filter(|face| face.kind != FaceKind::Floor) {
+                    for outline in closed_parts(face) {
+                        obstacles.push(slab(network, &hulls, id, Sheet { plane: face.plane, outline })?);
+                    }
+                }
+                for solid in &cell.solids {
+                    obstacles.push(solid_obstacle(solid).ok_or(WallError::Degenerate { fitting: cell.fitting })?);
+                }
+                Ok(obstacles)
+            })
+            .collect::<Result<_, _>>()?;
+        Ok(Self { floor, of_cell })
+    }
+}
+
+fn floor(network: &Network) -> Result<Plane, WallError> {
+    // Rounding of a long chain of transforms, and far below what a wheel could feel.
+    const FLATNESS_M: f64 = 1e-6;
+    let mut floor: Option<Plane> = None;
+    for cell in &network.cells {
+        for face in cell.faces.iter().filter(|face| face.kind == FaceKind::Floor) {
+            if !face.portals.is_empty() {
+                return Err(WallError::FloorOpening { fitting: cell.fitting });
+            }
+            let plane = *floor.get_or_insert(face.plane);
+            let off_m = face.outline.iter().fold(0.0, |most: f64, p| most.max(plane.distance(p).abs()));
+            if off_m > FLATNESS_M {
+                return Err(WallError::FloorsNotInOnePlane { fitting: cell.fitting, off_mm: off_m * 1e3 });
+            }
+        }
+    }
+    // A network without any floor has no cells either.
+    floor.ok_or(WallError::Degenerate { fitting: 0 })
+}
+
+/// A cell's box and shape, for finding what reaches into it.
+struct Hull {
+    bounds: Aabb,
+    shape: SharedShape,
+    fitting: usize,
+}
+
+fn hull_of_cell(cell: &Cell) -> Result<Hull, WallError> {
+    let points: Vec<Vector> = cell.faces.iter().flat_map(|f| &f.outline).map(convert::point).collect();
+    let shape = SharedShape::convex_hull(&points).ok_or(WallError::Degenerate { fitting: cell.fitting })?;
+    Ok(Hull { bounds: shape.compute_aabb(&Pose::IDENTITY), shape, fitting: cell.fitting })
+}
+
+fn slab(network: &Network, hulls: &[Hull], cell: usize, sheet: Sheet) -> Result<Obstacle, WallError> {
+    let fitting = network.cells[cell].fitting;
+    let mut thickness_m = THICKNESS_M;
+    loop {
+        let corners = slab_corners(&sheet, thickness_m);
+        let shape = SharedShape::convex_hull(&corners).ok_or(WallError::Degenerate { fitting })?;
+        let bounds = shape.compute_aabb(&Pose::IDENTITY);
+        let reached = hulls.iter().enumerate().find(|(id, hull)| {
+            *id != cell && hull.bounds.intersects(&bounds) && {
+                let contact = query::contact(&Pose::IDENTITY, &*shape, &Pose::IDENTITY, &*hull.shape, 0.0);
+                matches!(contact, Ok(Some(contact)) if contact.dist < -OVERLAP_M)
+            }
+        });
+        match reached {
+            None => return Ok(obstacle(shape, Some(sheet), &corners)),
+            Some((_, other)) if thickness_m <= THINNEST_M => return Err(WallError::NoRoom { fitting, other: other.fitting }),
+            Some(_) => thickness_m /= 2.0,
+        }
+    }
+}
+
+fn slab_corners(sheet: &Sheet, thickness_m: f64) -> Vec<Vector> {
+    let Sheet { plane, outline } = sheet;
+    let n = outline.len();
+    let middle = centre(outline.iter().copied());
+    // Unit normals within the face, inward, of the edge from corner i to i + 1.
+    let inward: Vec<Vector3<f64>> =
+        (0..n).map(|i| plane.normal.cross(&(outline[(i + 1) % n] - outline[i])).normalize()).collect();
+    let inradius = (0..n).map(|i| inward[i].dot(&(middle - outline[i]))).fold(f64::INFINITY, f64::min);
+    // Drawn in by less than half the inradius, so that no edge is drawn in beyond the middle.
+    let drawn_in_m = (DRAWN_IN * thickness_m).min(0.45 * inradius);
+    let outer = (0..n).map(|i| {
+        let (a, b) = (inward[(i + n - 1) % n], inward[i]);
+        outline[i] + (a + b) * (drawn_in_m / (1.0 + a.dot(&b))) + plane.normal.into_inner() * thickness_m
+    });
+    outline.iter().copied().chain(outer).map(|p| convert::point(&p)).collect()
+}
+
+fn solid_obstacle(solid: &Solid) -> Option<Obstacle> {
+    let corners: Vec<Vector> = solid.corners.iter().map(convert::point).collect();
+    Some(obstacle(SharedShape::convex_hull(&corners)?, None, &corners))
+}
+
+fn obstacle(shape: SharedShape, sheet: Option<Sheet>, corners: &[Vector]) -> Obstacle {
+    let corners = || corners.iter().map(|c| Point3::new(c.x, c.y, c.z));
+    let centre = centre(corners());
+    let radius_m = corners().map(|c| (c - centre).norm()).fold(0.0, f64::max);
+    Obstacle { shape, sheet, centre, radius_m }
+}
+
+fn centre(points: impl ExactSizeIterator<Item = Point3<f64>>) -> Point3<f64> {
+    let n = points.len() as f64;
+    (points.fold(Vector3::zeros(), |sum, p| sum + p.coords) / n).into()
+}
+
+impl Sheet {
+    /// Whether a point's foot on the plane lies within the outline.
+    pub fn covers(&self, point: &Point3<f64>) -> bool {
+        let n = self.outline.len();
+        (0..n).all(|i| {
+            let (a, b) = (self.outline[i], self.outline[(i + 1) % n]);
+            self.plane.normal.cross(&(b - a)).dot(&(point - a)) >= 0.0
+        })
+    }
+}

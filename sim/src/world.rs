@@ -1,0 +1,318 @@
+//! The robot in its duct, tick by tick: the one type that users of this crate need.
+
+use ductloop_duct::Transform;
+use ductloop_duct::cell::{CellId, FaceKind};
+use ductloop_duct::network::Network;
+use ductloop_nav::messages::{Counts, Sides, Tick};
+use ductloop_nav::rig::MountAngles;
+use nalgebra::{Point3, Vector3};
+use rapier3d::math::Vector;
+use rapier3d::prelude::{ColliderHandle, FrictionModel, IntegrationParameters, PhysicsWorld, SpringCoefficients};
+
+use crate::chassis::Chassis;
+use crate::clearance::Outline;
+use crate::colliders;
+use crate::collision::{CollisionCounter, Collisions, Motion, touch};
+use crate::convert;
+use crate::drive::{Drive, GRAVITY_M_S2};
+use crate::encoder;
+use crate::ground::Ground;
+use crate::mount::PanTilt;
+use crate::spec::RobotSpec;
+use crate::spec_check::SpecError;
+use crate::truth::{self, Truth};
+use crate::walls::{WallError, Walls};
+
+/// Rates at which the wheel links and contacts hold what `tests/` measures, in Hz.
+const PHYSICS_HZ: std::ops::RangeInclusive<u32> = 200..=20_000;
+
+/// Why a world cannot be made, or cannot go on.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SimError {
+    /// A number of the robot cannot be.
+    #[error("the robot cannot be built: {0}")]
+    Spec(#[from] SpecError),
+    /// The network cannot be driven in.
+    #[error(transparent)]
+    Walls(#[from] WallError),
+    /// The physics rate is out of range.
+    #[error("physics at {hz} Hz; it must be from {} to {} Hz", PHYSICS_HZ.start(), PHYSICS_HZ.end())]
+    Rate {
+        /// The rate asked for.
+        hz: u32,
+    },
+    /// A floor has a surface whose grip was not given.
+    #[error("surface {0} has no friction coefficient; each floor's needs one, zero or more")]
+    NoFriction(u16),
+    /// The robot does not start inside the ducts.
+    #[error("the robot starts at ({x_m:.3}, {y_m:.3}), outside the ducts")]
+    StartOutside {
+        /// Where, in the world.
+        x_m: f64,
+        /// Where, in the world.
+        y_m: f64,
+    },
+    /// The robot starts where something stands.
+    #[error("the robot starts at ({x_m:.3}, {y_m:.3}), where it touches a wall, the ceiling or an object")]
+    StartBlocked {
+        /// Where, in the world.
+        x_m: f64,
+        /// Where, in the world.
+        y_m: f64,
+    },
+    /// The state is not finite any more, or a motor's duty was not.
+    #[error("the state of the physics stopped being finite at tick {tick}")]
+    NonFinite {
+        /// The tick that could not be made.
+        tick: Tick,
+    },
+}
+
+/// A robot in a duct network.
+pub struct World {
+    network: Network,
+    walls: Walls,
+    outline: Outline,
+    robot: RobotSpec,
+    ground: Ground,
+    physics: PhysicsWorld,
+    chassis: Chassis,
+    /// Left, right.
+    drives: [Drive; 2],
+    mount: PanTilt,
+    counter: CollisionCounter,
+    tick: Tick,
+    cell: CellId,
+    segment: usize,
+    wheel_cells: [CellId; 4],
+    /// Friction under each wheel; what its ball collider has.
+    grip: [f64; 4],
+    /// Whether the floors differ, so that grip must be looked up.
+    floors_differ: bool,
+}
+
+impl World {
+    /// Puts a robot at rest at `start`, its base's pose in the world, with its mount at `rest`. A tick is 1 / `physics_hz` s.
+    ///
+    /// # Errors
+    /// If the robot, the network, the rate or the start cannot be.
+    pub fn new(
+        network: &Network,
+        robot: &RobotSpec,
+        ground: &Ground,
+        start: &Transform,
+        rest: MountAngles,
+        physics_hz: u32,
+    ) -> Result<Self, SimError> {
+        robot.validate()?;
+        if !PHYSICS_HZ.contains(&physics_hz) {
+            return Err(SimError::Rate { hz: physics_hz });
+        }
+        let floors_differ = check_grip(network, ground)?;
+        let walls = Walls::new(network)?;
+        let (x_m, y_m) = (start.translation.x, start.translation.y);
+        let cell = network.cell_at(&within(robot, start), 0).ok_or(SimError::StartOutside { x_m, y_m })?;
+        let outline = Outline::new(robot);
+        if outline.clearance_m(network, &walls, cell, start) <= 0.0 {
+            return Err(SimError::StartBlocked { x_m, y_m });
+        }
+
+        let mut physics = PhysicsWorld { gravity: Vector::new(0.0, 0.0, -GRAVITY_M_S2), ..PhysicsWorld::default() };
+        physics.integration_parameters = parameters(physics_hz);
+        colliders::insert(&walls, &mut physics.colliders);
+        let grip = floor_grip(network, ground, cell).ok_or(SimError::NoFriction(0))?;
+        let chassis =
+            Chassis::build(robot, start, grip, &mut physics.bodies, &mut physics.colliders, &mut physics.impulse_joints);
+        let drive = Drive::new(robot, physics_hz);
+        Ok(Self {
+            network: network.clone(),
+            walls,
+            outline,
+            robot: robot.clone(),
+            ground: ground.clone(),
+            physics,
+            chassis,
+            drives: [drive.clone(), drive],
+            mount: PanTilt::new(rest, robot.mount_rate_rad_s),
+            counter: CollisionCounter::new(physics_hz),
+            tick: 0,
+            cell,
+            // Where cells of a fitting lie on the path that the fitting gave.
+            segment: network.cells[cell].fitting,
+            wheel_cells: [cell; 4],
+            grip: [grip; 4],
+            floors_differ,
+        })
+    }
+
+    /// Sets gravity, in the world frame, in m/s2: a duct that slopes is a level one with gravity leaning.
+    pub fn set_gravity(&mut self, gravity_m_s2: Vector3<f64>) {
+        self.physics.gravity = convert::vector(&gravity_m_s2);
+    }
+
+    /// Lets one tick pass with this duty on the motors, in [-1, 1] of the supply (clamped).
+    ///
+    /// # Errors
+    /// If the state stops being finite.
+    pub fn step(&mut self, duty: Sides) -> Result<(), SimError> {
+        let tick = self.tick + 1;
+        if !(duty.left.is_finite() && duty.right.is_finite()) {
+            return Err(SimError::NonFinite { tick });
+        }
+        self.drive(duty);
+        if self.floors_differ {
+            self.grip();
+        }
+        let before: [Motion; 6] = std::array::from_fn(|i| {
+            let body = if i < 2 { self.chassis.body } else { self.chassis.wheels[i - 2] };
+            Motion::of(body, &self.physics.bodies)
+        });
+        self.physics.step();
+        // Rapier takes a body that is not finite out of the simulation and goes on without it.
+        if !self.physics.quarantine().is_empty() {
+            return Err(SimError::NonFinite { tick });
+        }
+        self.tick = tick;
+        let Self { physics, chassis, .. } = self;
+        self.counter.note(tick, touch(&physics.narrow_phase, &physics.colliders, &chassis.shell, &before));
+        self.mount.step(physics.integration_parameters.dt);
+        let pose = chassis.world_from_base(&physics.bodies);
+        let inside = within(&self.robot, &pose);
+        self.cell = self.network.cell_at(&inside, self.cell).unwrap_or(self.cell);
+        self.segment = self.network.centreline.project(&inside, self.segment).segment;
+        Ok(())
+    }
+
+    /// Puts the motors' torques on wheels and chassis.
+    fn drive(&mut self, duty: Sides) {
+        let Self { physics, chassis, drives, .. } = self;
+        let [front_left, rear_left, front_right, rear_right] = chassis.wheel_speeds(&physics.bodies);
+        let left = drives[0].step(duty.left, [front_left, rear_left]);
+        let right = drives[1].step(duty.right, [front_right, rear_right]);
+        let axle = chassis.axle(&physics.bodies);
+        let torques = [left[0], left[1], right[0], right[1]];
+        for (wheel, torque) in chassis.wheels.iter().zip(torques) {
+            let wheel = &mut physics.bodies[*wheel];
+            wheel.reset_torques(false);
+            wheel.add_torque(axle * torque, false);
+        }
+        let body = &mut physics.bodies[chassis.body];
+        body.reset_torques(false);
+        body.add_torque(axle * -torques.iter().sum::<f64>(), false);
+    }
+
+    /// Gives each wheel the friction of the floor under it.
+    fn grip(&mut self) {
+        let Self { physics, chassis, .. } = self;
+        for i in 0..4 {
+            let centre = Point3::from(convert::from_vector(physics.bodies[chassis.wheels[i]].translation()));
+            let near = self.wheel_cells[i];
+            let cell = self.network.cell_at(&centre, near).unwrap_or(near);
+            self.wheel_cells[i] = cell;
+            if let Some(friction) = floor_grip(&self.network, &self.ground, cell)
+                && friction != self.grip[i]
+            {
+                self.grip[i] = friction;
+                let tread: ColliderHandle = chassis.treads[i];
+                physics.colliders[tread].set_friction(friction);
+            }
+        }
+    }
+
+    /// Ticks since the start.
+    pub fn tick(&self) -> Tick {
+        self.tick
+    }
+
+    /// What the encoders have counted.
+    pub fn counts(&self) -> Counts {
+        let [left, right] = self.drives.each_ref().map(|drive| encoder::counts(&self.robot.drive, drive.angle_rad()));
+        Counts { left, right }
+    }
+
+    /// Where the mount points.
+    pub fn mount(&self) -> MountAngles {
+        self.mount.angles()
+    }
+
+    /// Points the mount; it goes there at its own rate.
+    pub fn point_mount(&mut self, to: MountAngles) {
+        self.mount.point(to);
+    }
+
+    /// What is really the case.
+    pub fn truth(&self) -> Truth {
+        let bodies = &self.physics.bodies;
+        let world_from_base = self.chassis.world_from_base(bodies);
+        let at = self.network.centreline.project(&world_from_base.translation.vector.into(), self.segment);
+        let ahead = world_from_base.rotation * Vector3::x();
+        let up = world_from_base.rotation * Vector3::z();
+        let [front_left, rear_left, front_right, rear_right] = self.chassis.wheel_speeds(bodies);
+        let [left, right] = &self.drives;
+        Truth {
+            world_from_base,
+            cell: self.cell,
+            distance_m: at.distance_m,
+            lateral_m: at.lateral_m,
+            heading_rad: truth::heading_rad(&world_from_base, &at.forward, &at.left),
+            clearance_m: self.outline.clearance_m(&self.network, &self.walls, self.cell, &world_from_base),
+            speed_m_s: self.chassis.velocity(bodies).dot(&ahead),
+            yaw_rate_rad_s: convert::from_vector(bodies[self.chassis.body].angvel()).dot(&up),
+            wheel_speed_rad_s: Sides { left: (front_left + rear_left) / 2.0, right: (front_right + rear_right) / 2.0 },
+            motor_current_a: Sides { left: left.current_a(), right: right.current_a() },
+        }
+    }
+
+    /// What the robot has bumped into so far.
+    pub fn collisions(&self) -> Collisions {
+        self.counter.collisions()
+    }
+}
+
+/// The engine's settings. Each that is not the default says why.
+fn parameters(physics_hz: u32) -> IntegrationParameters {
+    IntegrationParameters {
+        dt: 1.0 / f64::from(physics_hz),
+        // One friction cone a contact point. The default merges points and distorts turning.
+        friction_model: FrictionModel::Coulomb,
+        // Tolerances for a machine of decimetres: slop 0.5 mm, prediction 2 mm. The defaults are for people.
+        length_unit: 0.1,
+        // On, it freezes the wheels' contacts while they creep.
+        contact_recycling: false,
+        // At a millimetre a tick nothing can pass a 2.5 mm slab.
+        max_ccd_substeps: 0,
+        static_contact_softness: SpringCoefficients { natural_frequency: env("F", 60.0), damping_ratio: env("Z", 10.0) },
+        num_solver_iterations: env("N", 4.0) as usize,
+        num_internal_pgs_iterations: env("P", 1.0) as usize,
+        num_internal_stabilization_iterations: env("S", 1.0) as usize,
+        warmstart_joints: env("WJ", 0.0) != 0.0,
+        friction_in_bias_pass: env("FB", 0.0) != 0.0,
+        ..IntegrationParameters::default()
+    }
+}
+
+/// A point inside the duct above the base's origin, which itself lies on the floor's plane.
+fn within(robot: &RobotSpec, world_from_base: &Transform) -> Point3<f64> {
+    world_from_base * Point3::new(0.0, 0.0, robot.wheel_radius_m)
+}
+
+/// Friction on the floor of a cell.
+fn floor_grip(network: &Network, ground: &Ground, cell: CellId) -> Option<f64> {
+    let floor = network.cells[cell].faces.iter().find(|face| face.kind == FaceKind::Floor)?;
+    ground.friction(floor.surface)
+}
+
+/// Checks that every floor has a friction coefficient; says whether they differ.
+fn check_grip(network: &Network, ground: &Ground) -> Result<bool, SimError> {
+    let mut first = None;
+    let mut differ = false;
+    for face in network.cells.iter().flat_map(|cell| &cell.faces).filter(|face| face.kind == FaceKind::Floor) {
+        let grip = ground.friction(face.surface).ok_or(SimError::NoFriction(face.surface.0))?;
+        differ |= *first.get_or_insert(grip) != grip;
+    }
+    Ok(differ)
+}
+
+fn env(n: &str, d: f64) -> f64 {
+    std::env::var(n).ok().and_then(|v| v.parse().ok()).unwrap_or(d)
+}

@@ -1,0 +1,194 @@
+//! What may be typed.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// A physics-simulated, closed-loop testbed for robots that inspect and clean rectangular air ducts.
+#[derive(Debug, Parser)]
+#[command(
+    version,
+    propagate_version = true,
+    max_term_width = 110,
+    after_help = "\
+Examples:
+  ductloop run scenarios/straight.toml            a run; its report is out/straight/report.html
+  ductloop run scenarios --junit out/junit.xml    every scenario below a folder, for CI
+  ductloop render scenarios/straight.toml --at-s 2 --out frame.png
+  ductloop check scenarios/*.toml                 are these files right?
+
+Exit codes: 0 passed, 1 a verdict failed, 2 a file or the command line is wrong, 3 a run could not go on,
+4 wall-clock limit, 130 interrupted."
+)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Run scenarios: a verdict each, and a folder each with report, tables and pictures
+    Run(RunArgs),
+    /// Write one camera frame as PNG, with the truth beside it as JSON
+    Render(RenderArgs),
+    /// Check scenario files without running them
+    Check(CheckArgs),
+    /// Print the JSON Schema of scenario files, for editors
+    Schema,
+    /// Measure what each part costs on this machine
+    Bench(BenchArgs),
+}
+
+/// What changes a scenario on its way from file to run.
+#[derive(Args, Debug, Default)]
+pub(crate) struct OverlayArgs {
+    /// Lay a partial scenario file over each scenario (may be given several times)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) with: Vec<PathBuf>,
+    /// Set one field, as in `robot.speed_m_s=0.2` or `duct.run[1].elbow_deg=45` (may be given several times)
+    #[arg(long, value_name = "PATH=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Feed every random stream from this seed
+    #[arg(long, value_name = "N")]
+    pub(crate) seed: Option<u64>,
+    /// How images become errors: `paper`, or `truth` to steer by the true errors
+    #[arg(long, value_name = "PIPELINE")]
+    pub(crate) perception: Option<String>,
+}
+
+/// How images are made.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct RendererArgs {
+    /// What renders
+    #[arg(long, value_enum, default_value_t = RendererChoice::Auto)]
+    pub(crate) renderer: RendererChoice,
+    /// Threads for one run: with 2 or more, physics runs on while a frame is rendered and read. Results are the same
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+}
+
+/// What renders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum RendererChoice {
+    /// Whatever there is; says which on standard error
+    Auto,
+    /// A graphics adapter, of hardware or software
+    Wgpu,
+    /// The processor (not in this version)
+    Cpu,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  ductloop run scenarios/straight.toml
+  ductloop run straight straight-offset --set robot.speed_m_s=0.2
+  ductloop run scenarios --junit out/junit.xml --json > runs.json
+
+A run's folder OUT/NAME holds report.html, summary.json, frames.parquet, scenario.toml, manifest.json and frames/*.png.")]
+pub(crate) struct RunArgs {
+    /// Scenario files, folders (every scenario below them), or names of files in ./scenarios
+    #[arg(required = true, value_name = "FILE|DIR|NAME")]
+    pub(crate) inputs: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overlay: OverlayArgs,
+    #[command(flatten)]
+    pub(crate) rendering: RendererArgs,
+    /// Folder for the runs' folders
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub(crate) out: PathBuf,
+    /// Print one JSON document on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Write a JUnit file for a CI server
+    #[arg(long, value_name = "FILE")]
+    pub(crate) junit: Option<PathBuf>,
+    /// Say nothing but errors
+    #[arg(long, short)]
+    pub(crate) quiet: bool,
+    /// Replace the folder of another scenario's run
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Break a run off after this many seconds of real time
+    #[arg(long, value_name = "SECONDS", value_parser = positive_seconds)]
+    pub(crate) wall_limit_s: Option<f64>,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Example:
+  ductloop render scenarios/straight.toml --at-s 2 --out frame.png    # and frame.json with the truth")]
+pub(crate) struct RenderArgs {
+    /// Scenario file, or name of a file in ./scenarios
+    #[arg(value_name = "FILE|NAME")]
+    pub(crate) input: PathBuf,
+    /// Simulated time: the first frame exposed at or after it
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub(crate) at_s: f64,
+    /// The picture; the truth goes beside it, with the ending .json
+    #[arg(long, value_name = "FILE", default_value = "frame.png")]
+    pub(crate) out: PathBuf,
+    /// Draw the lines that the navigator found
+    #[arg(long)]
+    pub(crate) lines: bool,
+    #[command(flatten)]
+    pub(crate) overlay: OverlayArgs,
+    #[command(flatten)]
+    pub(crate) rendering: RendererArgs,
+    /// Print the truth on standard output as well
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Say nothing but errors
+    #[arg(long, short)]
+    pub(crate) quiet: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct CheckArgs {
+    /// Scenario files, folders, or names of files in ./scenarios
+    #[arg(required = true, value_name = "FILE|DIR|NAME")]
+    pub(crate) inputs: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overlay: OverlayArgs,
+    /// Print one JSON document on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Say nothing but errors
+    #[arg(long, short)]
+    pub(crate) quiet: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct BenchArgs {
+    /// Print one JSON document on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Frames to time; the median is told
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(10..=100_000))]
+    pub(crate) frames: u32,
+}
+
+impl Command {
+    /// Whether the result is to be one JSON document.
+    pub(crate) fn json(&self) -> bool {
+        match self {
+            Self::Run(args) => args.json,
+            Self::Render(args) => args.json,
+            Self::Check(args) => args.json,
+            Self::Bench(args) => args.json,
+            Self::Schema => false,
+        }
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
+        _ => Err("a number of seconds, zero or more, as in 2.5".into()),
+    }
+}
+
+fn positive_seconds(text: &str) -> Result<f64, String> {
+    seconds(text).ok().filter(|value| *value > 0.0).ok_or_else(|| "a number of seconds above zero, as in 60".into())
+}

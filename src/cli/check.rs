@@ -1,0 +1,33 @@
+//! `ductloop check`: are these files right?
+
+use serde_json::json;
+
+use super::args::CheckArgs;
+use super::inputs;
+use super::problem::{Problem, print_json};
+
+/// Carries it out.
+///
+/// # Errors
+/// Everything that is wrong with any of the files.
+pub(crate) fn command(args: &CheckArgs) -> Result<u8, Problem> {
+    let inputs = inputs::read(&args.inputs, &args.overlay)?;
+    let mut rows = Vec::new();
+    for input in &inputs {
+        let scenario = &input.scenario;
+        let length_m = scenario.duct.network().map_or(f64::NAN, |network| network.centreline.length_m());
+        let (file, fittings, criteria) = (input.file.display(), scenario.duct.run.len(), scenario.pass.list.len());
+        if !args.quiet && !args.json {
+            let about = if scenario.about.is_empty() { String::new() } else { format!(": {}", scenario.about) };
+            println!("{file}: ok, `{}`{about}", scenario.name);
+            println!("  {fittings} fittings, {length_m:.2} m, seed {}, {criteria} criteria", scenario.seed);
+        }
+        rows.push(json!({
+            "file": file.to_string(), "scenario": scenario.name, "length_m": length_m, "fittings": fittings, "criteria": criteria,
+        }));
+    }
+    if args.json {
+        print_json(&json!({"scenarios": rows, "errors": []}));
+    }
+    Ok(0)
+}

@@ -1,0 +1,97 @@
+//! `ductloop render`: one camera frame of a run, and the truth at its exposure.
+
+use std::ops::ControlFlow;
+
+use ductloop::closed_loop::run_with;
+use ductloop::record::FrameRecord;
+use ductloop::{Pilot, Scenario, report};
+use serde_json::{Value, json};
+
+use super::args::RenderArgs;
+use super::inputs;
+use super::problem::{Problem, print_json};
+use super::rendering::Rendering;
+
+/// Carries it out: runs the loop up to the time asked for.
+///
+/// # Errors
+/// A wrong input, a run that ends before that time, a file that cannot be written.
+pub(crate) fn command(args: &RenderArgs) -> Result<u8, Problem> {
+    let wrong = |message: String| Problem::new(Problem::WRONG_INPUT, message);
+    let inputs = inputs::read(std::slice::from_ref(&args.input), &args.overlay)?;
+    let [input] = inputs.as_slice() else {
+        return Err(wrong("one scenario is rendered at a time".into()).about(args.input.display().to_string()));
+    };
+    let truth_file = args.out.with_extension("json");
+    if args.out.extension().is_none_or(|ending| ending != "png") {
+        return Err(wrong("the picture's name must end in .png".into()).about(args.out.display().to_string()));
+    }
+    let scenario = &input.scenario;
+    let rendering = Rendering::open(args.rendering, args.quiet)?;
+    let mut renderer =
+        ductloop::renderer(&rendering.gpu, scenario).map_err(|error| Problem::new(Problem::CANNOT_GO_ON, error.to_string()))?;
+    let mut found = None;
+    let run = run_with(scenario, Pilot::of(scenario), &mut renderer, rendering.pace, |record, image| {
+        if record.time_s + 1e-9 < args.at_s {
+            return ControlFlow::Continue(());
+        }
+        found = Some((record.clone(), image.to_vec()));
+        ControlFlow::Break(())
+    })
+    .map_err(|failure| Problem::new(Problem::CANNOT_GO_ON, failure.to_string()))?;
+    let Some((record, image)) = found else {
+        let message = format!("the run ends at {:.3} s ({}), before {} s", run.sim_time_s, run.end.word(), args.at_s);
+        return Err(wrong(message).about("--at-s"));
+    };
+    let camera = &scenario.rig.camera;
+    let spread = run.key_frames.spread();
+    let lines = spread.last().filter(|_| args.lines).map_or(&[][..], |key| &key.lines);
+    let picture = if args.lines {
+        report::overlay_png(&image, camera.width_px, camera.height_px, lines)
+    } else {
+        report::grey_png(&image, camera.width_px, camera.height_px)
+    };
+    let picture = picture.map_err(|error| Problem::new(Problem::CANNOT_GO_ON, error.to_string()))?;
+    let truth = truth(scenario, &record);
+    let cannot = |path: &std::path::Path| {
+        let path = path.display().to_string();
+        move |error: std::io::Error| Problem::new(Problem::WRONG_INPUT, format!("cannot be written: {error}")).about(path)
+    };
+    ductloop::output::write_whole(&args.out, &picture).map_err(cannot(&args.out))?;
+    ductloop::output::write_whole(&truth_file, format!("{truth:#}\n").as_bytes()).map_err(cannot(&truth_file))?;
+    if args.json {
+        print_json(&truth);
+    } else if !args.quiet {
+        println!("{} and {}", args.out.display(), truth_file.display());
+    }
+    Ok(0)
+}
+
+/// What was the case at the exposure, and what the navigator made of the frame.
+fn truth(scenario: &Scenario, record: &FrameRecord) -> Value {
+    let position = record.truth.world_from_base.translation.vector;
+    let rotation = record.truth.world_from_base.rotation.coords;
+    json!({
+        "format": 1,
+        "scenario": scenario.name,
+        "seed": scenario.seed,
+        "frame": record.frame,
+        "tick": record.tick,
+        "time_s": record.time_s,
+        "truth": {
+            "position_m": position.as_slice(),
+            "rotation_xyzw": rotation.as_slice(),
+            "distance_m": record.truth.distance_m,
+            "lateral_m": record.truth.lateral_m,
+            "heading_rad": record.truth.heading_rad,
+            "clearance_m": record.truth.clearance_m,
+            "speed_m_s": record.truth.speed_m_s,
+        },
+        "mount": {"pan_rad": record.mount.pan_rad, "tilt_rad": record.mount.tilt_rad},
+        "estimate": {
+            "lateral_m": record.measurement.lateral_m,
+            "heading_rad": record.measurement.heading_rad,
+            "width_m": record.measurement.width_m,
+        },
+    })
+}

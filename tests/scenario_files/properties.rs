@@ -1,0 +1,185 @@
+//! Whatever stands in a file, reading it ends with a scenario or with errors; what was read is written without loss.
+
+use ductloop::Scenario;
+use ductloop::scenario::Overlays;
+use proptest::prelude::*;
+
+use super::LEAST;
+
+/// A resolved file: every field stands in it.
+fn full() -> String {
+    let text = format!(
+        "{LEAST}[start]\nlateral_m = 0.01\nheading_deg = 2.0\n[[fault]]\nkind = \"laser-off\"\nat_s = 1.0\nfor_s = 0.5\nlaser = \"low\"\n\
+         [pass]\ncompleted = true\nend_state = \"finished\"\ncollisions = 3\ncontact_speed_max_m_s = 0.5\nmin_clearance_mm = 5.0\n\
+         lateral_rms_mm = 5.0\nlateral_max_mm = 20.0\nheading_rms_deg = 0.5\nheading_max_deg = 2.0\nlateral_estimate_rms_mm = 3.0\n\
+         heading_estimate_rms_deg = 0.25\nestimates_valid_min = 0.9\nsim_time_s = 30.0\ndistance_min_m = 4.0\ncontrol_effort = 100.0\n\
+         settle_m = 1.0\n"
+    );
+    Scenario::from_toml_str(&text).unwrap_or_else(|errors| panic!("{errors}")).to_toml()
+}
+
+/// Reading must end, and what it says must be renderable both ways.
+fn read_and_render(text: &str) {
+    match Scenario::from_toml_str(text) {
+        Ok(scenario) => assert_eq!(Scenario::from_toml_str(&scenario.to_toml()).as_ref(), Ok(&scenario)),
+        Err(errors) => {
+            assert!(!errors.0.is_empty());
+            for error in &errors.0 {
+                assert!(!error.render(true).is_empty() && !error.message.is_empty());
+                let place = error.place.as_ref().expect("an error in a text has a place");
+                assert!(place.line >= 1 && place.column >= 1 && place.text.get(place.mark.clone()).is_some());
+            }
+        }
+    }
+}
+
+/// Other values near `old`, with few digits, so that they are their own shortest spelling.
+fn others(old: &str) -> Vec<String> {
+    if old == "true" || old == "false" {
+        return vec![(old == "false").to_string()];
+    }
+    if let Ok(x) = old.parse::<i64>() {
+        return vec![(x + 1).to_string(), (x * 2).to_string(), (x + 2).to_string()];
+    }
+    let Ok(x) = old.parse::<f64>() else { return Vec::new() };
+    let few = |x: f64| format!("{:?}", format!("{x:.3e}").parse::<f64>().expect("a number"));
+    if x == 0.0 { vec![few(0.0123)] } else { vec![few(x * 1.013), few(x * 0.987)] }
+}
+
+/// Every field of a resolved file is read into a place of its own: change one, and that one, and nothing else, comes out
+/// changed.
+#[test]
+fn each_field_has_a_place_of_its_own() {
+    let full = full();
+    let lines: Vec<&str> = full.lines().collect();
+    let mut unchangeable = Vec::new();
+    let mut changed_fields = 0;
+    for (i, line) in lines.iter().enumerate() {
+        let Some((key, old)) = line.split_once(" = ") else { continue };
+        if key == "normal" {
+            // It is made a unit vector again, which changes its other components.
+            continue;
+        }
+        let mut candidates = others(old);
+        if let Some(items) = old.strip_prefix('[').and_then(|o| o.strip_suffix(']')) {
+            let items: Vec<&str> = items.split(", ").collect();
+            for (k, item) in items.iter().enumerate() {
+                for other in others(item) {
+                    let mut items = items.clone();
+                    items[k] = &other;
+                    candidates.push(format!("[{}]", items.join(", ")));
+                }
+            }
+        }
+        let changed = |new: &String| {
+            let mut lines = lines.clone();
+            let line = format!("{key} = {new}");
+            lines[i] = &line;
+            format!("{}\n", lines.join("\n"))
+        };
+        match candidates.iter().map(changed).find_map(|text| Scenario::from_toml_str(&text).ok().map(|s| (text, s))) {
+            Some((text, scenario)) => {
+                assert_eq!(scenario.to_toml(), text, "{key}");
+                changed_fields += 1;
+            }
+            None => unchangeable.push(key),
+        }
+    }
+    // Strings, and numbers that other fields tie down: a laser's plane and its source.
+    let tied = [
+        "format",
+        "kind",
+        "name",
+        "about",
+        "preset",
+        "offset_m",
+        "source_in_camera_m",
+        "pipeline",
+        "law",
+        "line_fit",
+        "plane_fit",
+        "surface",
+        "entry",
+        "exit",
+        "end_state",
+        "laser",
+    ];
+    unchangeable.retain(|key| !tied.contains(key));
+    assert!(unchangeable.is_empty(), "no other value was accepted for {unchangeable:?}");
+    assert!(changed_fields > 80, "{changed_fields}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn random_text_never_panics(text in ".{0,200}") {
+        read_and_render(&text);
+    }
+
+    #[test]
+    fn random_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        std::fs::write(file.path(), &bytes).expect("written");
+        if let Err(errors) = Scenario::read(file.path(), &Overlays::default()) {
+            prop_assert!(!errors.render(false).is_empty());
+        }
+    }
+
+    #[test]
+    fn random_toml_like_text_never_panics(parts in proptest::collection::vec(
+        prop::sample::select(vec![
+            "[", "]", "[[", "]]", "{", "}", "=", ".", ",", "\n", "\r\n", "\"", "'", "\"\"\"", "#", " ", "\t", "1", "-0.5", "1e999", "nan",
+            "true", "format", "kind", "scenario", "duct", "run", "straight_m", "elbow_deg", "sensor", "laser", "normal", "fault",
+            "surface", "robot", "pass", "\u{e9}", "\u{1f600}", "1979-05-27",
+        ]), 0..60)) {
+        read_and_render(&parts.concat());
+    }
+
+    #[test]
+    fn mutated_files_never_panic(
+        at in any::<prop::sample::Index>(), len in 0usize..30, with in "[ -~\n\u{e9}]{0,12}", twice in any::<bool>(),
+    ) {
+        let full = full();
+        let start = at.index(full.len());
+        let end = (start + len).min(full.len());
+        // The file is ASCII: every byte is a boundary.
+        let mut text = format!("{}{with}{}", &full[..start], &full[end..]);
+        if twice {
+            text.push_str(&full[start..end]);
+        }
+        read_and_render(&text);
+    }
+
+    #[test]
+    fn random_arguments_never_panic(argument in "[a-z_.\\[\\]0-9=\" {}-]{0,40}") {
+        let overlays = Overlays { with: Vec::new(), set: vec![argument] };
+        if let Err(errors) = Scenario::read("scenarios/straight.toml".as_ref(), &overlays) {
+            prop_assert!(!errors.render(true).is_empty());
+        }
+    }
+
+    /// Angles and lengths that no one would type survive to the last bit.
+    #[test]
+    fn resolved_scenarios_survive_being_written(
+        heading_deg in -20.0f64..20.0, lateral_m in -0.05f64..0.05, elbow_deg in 1.0f64..179.0, pan_deg in -10.0f64..10.0,
+        turned_deg in -5.0f64..5.0, width_m in 0.4f64..1.0, exposure in 0.1f64..30.0, bound in 0.0f64..1000.0,
+        tilt in -0.2f64..0.2,
+    ) {
+        let text = format!(
+            "format = 1\nkind = \"scenario\"\nname = \"p\"\n[duct]\nwidth_m = {width_m:?}\nheight_m = 0.3\n\
+             run = [{{ straight_m = 3.0 }}, {{ elbow_deg = {elbow_deg:?} }}, {{ straight_m = 3.0 }}, {{ mitre_deg = -90 }}]\n\
+             [start]\nheading_deg = {heading_deg:?}\nlateral_m = {lateral_m:?}\n\
+             [sensor]\nexposure = {exposure:?}\n[sensor.mount]\npan_deg = {pan_deg:?}\n\
+             [sensor.laser.third]\nnormal = [{:?}, {:?}, 0.0]\noffset_m = 0.05\n\
+             [sensor.error]\nlaser_plane_deg = [0.0, {turned_deg:?}, 0.0]\n\
+             [pass]\nheading_rms_deg = {bound_deg:?}\nlateral_rms_mm = {bound:?}\n",
+            libm::sin(tilt), libm::cos(tilt), bound_deg = bound / 10.0,
+        );
+        let scenario = Scenario::from_toml_str(&text);
+        prop_assert!(scenario.is_ok(), "{}", scenario.expect_err("errors"));
+        let scenario = scenario.expect("valid");
+        let again = Scenario::from_toml_str(&scenario.to_toml());
+        prop_assert_eq!(again.as_ref(), Ok(&scenario));
+    }
+}
