@@ -156,6 +156,22 @@ mod tests {
     }
 
     #[test]
+    fn the_search_follows_the_path_both_ways() {
+        let segment = |start_m: f64| Segment {
+            world_from_start: Transform::translation(start_m, 0.0, 0.0),
+            curvature_1_m: 0.0,
+            start_m,
+            ..arc(0.0)
+        };
+        let path = Centreline { segments: vec![segment(0.0), segment(1.0), segment(2.0)] };
+        for near in 0..3 {
+            let at = path.project(&Point3::new(1.4, 0.1, 0.0), near);
+            assert_eq!((at.segment, at.lateral_m), (1, 0.1));
+            assert!((at.distance_m - 1.4).abs() < 1e-12);
+        }
+    }
+
+    #[test]
     fn a_left_arc_ends_to_the_left() {
         let quarter = arc(std::f64::consts::FRAC_PI_2).pose_at(1.0);
         let radius = 1.0 / std::f64::consts::FRAC_PI_2;

@@ -80,6 +80,20 @@ mod tests {
     }
 
     #[test]
+    fn the_mean_of_a_lagging_wheel_is_that_of_its_exponential() {
+        let (now, to, period) = (Sides { left: 2.0, right: 8.0 }, Sides { left: 5.0, right: 5.0 }, 1.0 / 30.0);
+        let mean = DRIVE.approach(now, to, period);
+        // Midpoint rule over the closed form, fine enough for six digits.
+        let steps = 10_000;
+        let sampled = |from: f64, to: f64| {
+            let at = |i: i32| to + (from - to) * libm::exp(-(f64::from(i) + 0.5) / f64::from(steps) * period / DRIVE.lag_s);
+            (0..steps).map(at).sum::<f64>() / f64::from(steps)
+        };
+        assert!((mean.left - sampled(2.0, 5.0)).abs() < 1e-6 && (mean.right - sampled(8.0, 5.0)).abs() < 1e-6, "{mean:?}");
+        assert_eq!(DriveModel { lag_s: 0.0, ..DRIVE }.approach(now, to, period), to);
+    }
+
+    #[test]
     fn a_quarter_circle_ends_beside_its_centre() {
         // Radius 2 m, a quarter turn to the left in 1 s.
         let quarter = std::f64::consts::FRAC_PI_2;

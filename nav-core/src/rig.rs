@@ -186,3 +186,85 @@ impl Rig {
         self
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn axes(pan_deg: f64, tilt_deg: f64, roll_deg: f64) -> [Vector3<f64>; 3] {
+        let mount = Mount {
+            position_in_base_m: Point3::new(0.12, 0.0, 0.1),
+            roll_rad: roll_deg.to_radians(),
+            rest: MountAngles::default(),
+        };
+        let angles = MountAngles { pan_rad: pan_deg.to_radians(), tilt_rad: tilt_deg.to_radians() };
+        let rotation = mount.base_from_camera(angles).rotation;
+        [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| rotation * axis)
+    }
+
+    #[track_caller]
+    fn assert_points(direction: Vector3<f64>, to: [f64; 3]) {
+        assert!((direction - Vector3::from(to)).norm() < 1e-12, "{direction} instead of {to:?}");
+    }
+
+    /// Base: x forward, y left, z up. The words of the type's documentation, one by one.
+    #[test]
+    fn the_mount_turns_the_camera_as_it_says() {
+        let [u, v, view] = axes(0.0, 0.0, 0.0);
+        assert_points(view, [1.0, 0.0, 0.0]);
+        assert_points(u, [0.0, -1.0, 0.0]);
+        assert_points(v, [0.0, 0.0, -1.0]);
+        // Negative pan looks right; positive tilt looks down.
+        assert_points(axes(-90.0, 0.0, 0.0)[2], [0.0, -1.0, 0.0]);
+        assert_points(axes(0.0, 90.0, 0.0)[2], [0.0, 0.0, -1.0]);
+        // Pan is the outer axis: tilted down and panned right, the view stays tilted.
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        assert_points(axes(-90.0, 45.0, 0.0)[2], [0.0, -half, -half]);
+        // INCRA I's portrait: increasing u points down, increasing v points left.
+        let [u, v, _] = axes(0.0, 0.0, 90.0);
+        assert_points(u, [0.0, 0.0, -1.0]);
+        assert_points(v, [0.0, 1.0, 0.0]);
+    }
+
+    fn rig() -> Rig {
+        let source = Point3::new(0.0, 0.06, 0.0);
+        let normal = Unit::new_normalize(Vector3::new(0.0, 1.0, 0.1));
+        Rig {
+            camera: Camera { width_px: 640, height_px: 480, focal_px: [400.0; 2], centre_px: [319.5, 239.5] },
+            mount: Mount { position_in_base_m: Point3::origin(), roll_rad: 0.0, rest: MountAngles::default() },
+            lasers: vec![Laser {
+                name: "low".into(),
+                normal_in_camera: normal,
+                offset_m: normal.dot(&source.coords),
+                source_in_camera: source,
+                fan_rad: 1.0,
+            }],
+            line: LineWidth { width_m: 0.002, growth_rad: 0.004 },
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused() {
+        assert_eq!(rig().validate(), Ok(()));
+        let mut through_camera = rig();
+        through_camera.lasers[0].offset_m = 5e-4;
+        assert!(matches!(through_camera.validate(), Err(RigError::PlaneThroughCamera { .. })));
+        let mut off_plane = rig();
+        off_plane.lasers[0].source_in_camera.y += 0.01;
+        assert!(matches!(off_plane.validate(), Err(RigError::SourceOffPlane { .. })));
+        let mut blind = rig();
+        blind.camera.focal_px[1] = f64::NAN;
+        assert!(matches!(blind.validate(), Err(RigError::Focal(_))));
+        let mut dark = rig();
+        dark.lasers.clear();
+        assert_eq!(dark.validate(), Err(RigError::NoLaser));
+    }
+
+    #[test]
+    fn a_turned_plane_still_holds_its_source() {
+        let turned = rig().with_plane_turned(0, 2.0_f64.to_radians());
+        assert_eq!(turned.validate(), Ok(()));
+        let cosine = turned.lasers[0].normal_in_camera.dot(&rig().lasers[0].normal_in_camera);
+        assert!((libm::acos(cosine).to_degrees() - 2.0).abs() < 1e-9);
+    }
+}

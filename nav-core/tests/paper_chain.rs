@@ -72,6 +72,37 @@ fn without_both_stripes_no_wall_is_claimed() {
     }
 }
 
+/// A plane that is not where the navigator believes it makes two stripes that tell of two different walls: neither is believed.
+#[test]
+fn stripes_that_contradict_each_other_are_no_wall() {
+    let rig = wide();
+    let turned = rig.clone().with_plane_turned(0, 4.0_f64.to_radians());
+    let (measured, _) = measure(&rig, PaperParams::default(), &image(&turned, &POSES[0], [true; 2]));
+    assert_eq!(measured, Measurement::default());
+}
+
+/// Bright bars that are straight but far thicker, or far thinner, than a stripe can be there are no stripes.
+#[test]
+fn thickness_tells_a_stripe_from_a_bright_bar() {
+    let rig = wide();
+    let bar = |thickness: usize| {
+        let mut pixels = vec![8u8; 640 * 480];
+        for x in 20..300 {
+            let top = 300 - x / 4;
+            for y in top..top + thickness {
+                pixels[y * 640 + x] = 60;
+            }
+        }
+        let open = PaperParams { opening_px: [1, 1], closing_px: [1, 1], ..PaperParams::default() };
+        measure(&rig, open, &pixels).1.points().len()
+    };
+    // At a third of the light's peak a stripe of either laser is 3 to 8 pixels thick over this part of the image.
+    assert!(bar(5) > 200, "{}", bar(5));
+    for thickness in [1, 20] {
+        assert!(bar(thickness) < 20, "{thickness} px: {} points", bar(thickness));
+    }
+}
+
 /// The paper's own steps: Hough's bins and the cross product. For crossed slits they still steer; coarser by the bins.
 #[test]
 fn the_papers_own_steps_find_the_walls_within_their_bins() {

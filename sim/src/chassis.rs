@@ -65,7 +65,7 @@ pub fn chassis_mass(robot: &RobotSpec) -> MassProperties {
 /// About the axes across, a disc has half of that. But Rapier's friction leans toward the direction in which the wheel alone is
 /// harder to move: its sliding friction points along (m_x s_x, m_y s_y), s the slip and m the wheel's apparent masses at the
 /// contact, 1 / (1/m + r^2/I). A disc's are m/3 ahead and m/5 sideways, and chi - 1 comes out 32 % low; equal inertias make
-/// the friction isotropic. The yaw inertia of the whole robot changes by 0.6 %.
+/// the friction isotropic. The yaw inertia of the whole robot changes by 0.5 %.
 pub fn wheel_mass(robot: &RobotSpec) -> MassProperties {
     MassProperties::new(Vector::ZERO, robot.wheel_mass_kg, Vector::splat(wheel_spin_inertia(robot)))
 }

@@ -4,7 +4,7 @@ use ductloop_duct::Transform;
 use ductloop_duct::cell::{Beyond, CellId};
 use ductloop_duct::network::Network;
 use nalgebra::Point3;
-use rapier3d::math::{Pose, Vector};
+use rapier3d::math::Pose;
 use rapier3d::parry::query;
 
 use crate::convert;
@@ -68,18 +68,17 @@ impl Outline {
 
 /// Distance of a part from an obstacle, or any larger number than `nearest_m` if it is not below that.
 fn distance_m(part: &Part, pose: &Pose, obstacle: &Obstacle, nearest_m: f64) -> f64 {
-    if let Some(sheet) = &obstacle.sheet {
+    let mut at_least_m = 0.0;
+    if let (Some(sheet), Some(map)) = (&obstacle.sheet, part.shape.as_support_map()) {
         // The distance of the part's extreme point from the plane bounds the distance from below, and is it where the foot
         // lies within the sheet.
-        let outward: Vector = convert::vector(&sheet.plane.normal);
-        if let Some(map) = part.shape.as_support_map() {
-            let extreme = convert::from_vector(map.support_point(pose, outward)).into();
-            let bound_m = -sheet.plane.distance(&extreme);
-            if bound_m >= nearest_m || sheet.covers(&extreme) {
-                return bound_m;
-            }
+        let extreme = convert::from_vector(map.support_point(pose, convert::vector(&sheet.plane.normal))).into();
+        at_least_m = -sheet.plane.distance(&extreme);
+        if at_least_m >= nearest_m || sheet.covers(&extreme) {
+            return at_least_m;
         }
     }
     // Both kinds of shape are support maps, which have a distance.
-    query::distance(pose, &*part.shape, &Pose::IDENTITY, &*obstacle.shape).map_or(f64::INFINITY, |d| d.distance)
+    let apart = query::distance(pose, &*part.shape, &Pose::IDENTITY, &*obstacle.shape);
+    apart.map_or(f64::INFINITY, |d| d.distance.max(at_least_m))
 }

@@ -74,7 +74,8 @@ pub fn touch(narrow_phase: &NarrowPhase, colliders: &ColliderSet, shell: &[Colli
         for pair in narrow_phase.contact_pairs_with(*part) {
             // Manifolds' normals point from the first collider to the second.
             let away = if pair.collider1 == *part { -1.0 } else { 1.0 };
-            for manifold in pair.manifolds() {
+            // Contacts that were dropped keep the impulse of their last time.
+            for manifold in pair.manifolds().iter().filter(|manifold| !manifold.data.solver_contacts.is_empty()) {
                 for contact in manifold.points.iter().filter(|contact| contact.data.impulse > 0.0) {
                     let point = colliders[pair.collider1].position() * contact.local_p1;
                     let approach = -motion.at(point).dot(manifold.data.normal) * away;

@@ -9,7 +9,7 @@
 //!   the torque is that of the tick's mean current, at the tick's mean speed (second order in the tick);
 //! - friction (Coulomb, rolling resistance, the gear's load-dependent loss) opposes the speed at the *end* of the tick and is
 //!   at most what stops the rotor there: it holds at standstill exactly, and it never drives;
-//! - the links are stable for every stiffness and rate (see [`Links`]).
+//! - the links are stable for every stiffness and rate: a stiffness beyond what the rate can hold is brought down to that.
 //!
 //! Assumptions: the gear has no backlash; the gear's loss is (1 - efficiency) of the motor's torque whether it drives or
 //! brakes; rolling resistance is taken at the robot's static load and, like bearing friction, from the chassis (its reaction

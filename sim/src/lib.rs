@@ -9,6 +9,7 @@
 //! - [`outline`]: the convex parts of the robot, which collide and have a clearance;
 //! - [`chassis`]: those parts as Rapier bodies and joints;
 //! - [`opening`], [`walls`], [`colliders`]: the duct's faces without their portals, as slabs, as colliders;
+//! - [`seams`]: no tripping where slabs meet;
 //! - [`ground`]: how each surface grips;
 //! - [`collision`], [`clearance`], [`truth`]: what really happened, which no navigator sees;
 //! - [`world`]: all of it, tick by tick.
@@ -31,6 +32,7 @@ pub mod ground;
 pub mod mount;
 pub mod opening;
 pub mod outline;
+pub mod seams;
 pub mod spec;
 pub mod spec_check;
 pub mod truth;

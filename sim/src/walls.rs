@@ -9,9 +9,8 @@ use ductloop_duct::cell::{Cell, FaceKind, Plane, Solid};
 use ductloop_duct::network::Network;
 use nalgebra::{Point3, Vector3};
 use rapier3d::geometry::SharedShape;
-use rapier3d::math::{Pose, Vector};
+use rapier3d::math::Vector;
 use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
-use rapier3d::parry::query;
 
 use crate::convert;
 use crate::opening::closed_parts;
@@ -98,7 +97,7 @@ impl Walls {
     /// What about the network cannot be driven in.
     pub fn new(network: &Network) -> Result<Self, WallError> {
         let floor = floor(network)?;
-        let hulls = network.cells.iter().map(hull_of_cell).collect::<Result<Vec<_>, _>>()?;
+        let extents: Vec<Extent> = network.cells.iter().map(extent).collect();
         let of_cell = network
             .cells
             .iter()
@@ -107,11 +106,12 @@ impl Walls {
                 let mut obstacles = Vec::new();
                 for face in cell.faces.iter().filter(|face| face.kind != FaceKind::Floor) {
                     for outline in closed_parts(face) {
-                        obstacles.push(slab(network, &hulls, id, Sheet { plane: face.plane, outline })?);
+                        obstacles.push(slab(network, &extents, id, Sheet { plane: face.plane, outline })?);
                     }
                 }
                 for solid in &cell.solids {
-                    obstacles.push(solid_obstacle(solid).ok_or(WallError::Degenerate { fitting: cell.fitting })?);
+                    let shape = solid_shape(solid).ok_or(WallError::Degenerate { fitting: cell.fitting })?;
+                    obstacles.push(obstacle(shape, &solid.corners, None));
                 }
                 Ok(obstacles)
             })
@@ -140,44 +140,54 @@ fn floor(network: &Network) -> Result<Plane, WallError> {
     floor.ok_or(WallError::Degenerate { fitting: 0 })
 }
 
-/// A cell's box and shape, for finding what reaches into it.
-struct Hull {
+/// A cell's corners and box, for finding what reaches into it.
+struct Extent {
     bounds: Aabb,
-    shape: SharedShape,
-    fitting: usize,
+    corners: Vec<Point3<f64>>,
 }
 
-fn hull_of_cell(cell: &Cell) -> Result<Hull, WallError> {
-    let points: Vec<Vector> = cell.faces.iter().flat_map(|f| &f.outline).map(convert::point).collect();
-    let shape = SharedShape::convex_hull(&points).ok_or(WallError::Degenerate { fitting: cell.fitting })?;
-    Ok(Hull { bounds: shape.compute_aabb(&Pose::IDENTITY), shape, fitting: cell.fitting })
+fn extent(cell: &Cell) -> Extent {
+    let corners: Vec<_> = cell.faces.iter().flat_map(|face| face.outline.iter().copied()).collect();
+    Extent { bounds: bounds(&corners), corners }
 }
 
-fn slab(network: &Network, hulls: &[Hull], cell: usize, sheet: Sheet) -> Result<Obstacle, WallError> {
+fn bounds(corners: &[Point3<f64>]) -> Aabb {
+    Aabb::from_points(corners.iter().map(convert::point))
+}
+
+fn slab(network: &Network, extents: &[Extent], cell: usize, sheet: Sheet) -> Result<Obstacle, WallError> {
     let fitting = network.cells[cell].fitting;
     let mut thickness_m = THICKNESS_M;
     loop {
         let corners = slab_corners(&sheet, thickness_m);
-        let shape = SharedShape::convex_hull(&corners).ok_or(WallError::Degenerate { fitting })?;
-        let bounds = shape.compute_aabb(&Pose::IDENTITY);
-        let reached = hulls.iter().enumerate().find(|(id, hull)| {
-            *id != cell && hull.bounds.intersects(&bounds) && {
-                let contact = query::contact(&Pose::IDENTITY, &*shape, &Pose::IDENTITY, &*hull.shape, 0.0);
-                matches!(contact, Ok(Some(contact)) if contact.dist < -OVERLAP_M)
+        let bounds = bounds(&corners);
+        let reached = (0..extents.len()).find(|id| {
+            *id != cell && extents[*id].bounds.intersects(&bounds) && {
+                // Apart, if a face of the cell has the slab outside or the sheet has the cell inside.
+                let beyond_face = network.cells[*id]
+                    .faces
+                    .iter()
+                    .any(|face| corners.iter().all(|corner| face.plane.distance(corner) >= -OVERLAP_M));
+                !beyond_face && !extents[*id].corners.iter().all(|corner| sheet.plane.distance(corner) <= OVERLAP_M)
             }
         });
         match reached {
-            None => return Ok(obstacle(shape, Some(sheet), &corners)),
-            Some((_, other)) if thickness_m <= THINNEST_M => return Err(WallError::NoRoom { fitting, other: other.fitting }),
+            None => {
+                let shape = slab_shape(&corners).ok_or(WallError::Degenerate { fitting })?;
+                return Ok(obstacle(shape, &corners, Some(sheet)));
+            }
+            Some(id) if thickness_m <= THINNEST_M => {
+                return Err(WallError::NoRoom { fitting, other: network.cells[id].fitting });
+            }
             Some(_) => thickness_m /= 2.0,
         }
     }
 }
 
-fn slab_corners(sheet: &Sheet, thickness_m: f64) -> Vec<Vector> {
+fn slab_corners(sheet: &Sheet, thickness_m: f64) -> Vec<Point3<f64>> {
     let Sheet { plane, outline } = sheet;
     let n = outline.len();
-    let middle = centre(outline.iter().copied());
+    let middle = centre(outline);
     // Unit normals within the face, inward, of the edge from corner i to i + 1.
     let inward: Vec<Vector3<f64>> =
         (0..n).map(|i| plane.normal.cross(&(outline[(i + 1) % n] - outline[i])).normalize()).collect();
@@ -188,24 +198,41 @@ fn slab_corners(sheet: &Sheet, thickness_m: f64) -> Vec<Vector> {
         let (a, b) = (inward[(i + n - 1) % n], inward[i]);
         outline[i] + (a + b) * (drawn_in_m / (1.0 + a.dot(&b))) + plane.normal.into_inner() * thickness_m
     });
-    outline.iter().copied().chain(outer).map(|p| convert::point(&p)).collect()
+    outline.iter().copied().chain(outer).collect()
 }
 
-fn solid_obstacle(solid: &Solid) -> Option<Obstacle> {
+/// The slab with these corners, inner side first. Its triangles are known, so that it does not depend on the tolerances of a
+/// search for the hull, which fails for a slab of 1000 m. `None` if it has no volume.
+fn slab_shape(corners: &[Point3<f64>]) -> Option<SharedShape> {
+    let n = corners.len() as u32 / 2;
+    let mut triangles = Vec::with_capacity(4 * n as usize - 4);
+    for i in 1..n - 1 {
+        triangles.push([0, i + 1, i]);
+        triangles.push([n, n + i, n + i + 1]);
+    }
+    for i in 0..n {
+        let next = (i + 1) % n;
+        triangles.push([i, next, n + next]);
+        triangles.push([i, n + next, n + i]);
+    }
+    SharedShape::convex_mesh(corners.iter().map(convert::point).collect(), &triangles)
+}
+
+/// The shape of a solid. `None` if its corners span no volume.
+fn solid_shape(solid: &Solid) -> Option<SharedShape> {
     let corners: Vec<Vector> = solid.corners.iter().map(convert::point).collect();
-    Some(obstacle(SharedShape::convex_hull(&corners)?, None, &corners))
+    SharedShape::convex_hull(&corners)
 }
 
-fn obstacle(shape: SharedShape, sheet: Option<Sheet>, corners: &[Vector]) -> Obstacle {
-    let corners = || corners.iter().map(|c| Point3::new(c.x, c.y, c.z));
-    let centre = centre(corners());
-    let radius_m = corners().map(|c| (c - centre).norm()).fold(0.0, f64::max);
+fn obstacle(shape: SharedShape, corners: &[Point3<f64>], sheet: Option<Sheet>) -> Obstacle {
+    let centre = centre(corners);
+    let radius_m = corners.iter().map(|c| (c - centre).norm()).fold(0.0, f64::max);
     Obstacle { shape, sheet, centre, radius_m }
 }
 
-fn centre(points: impl ExactSizeIterator<Item = Point3<f64>>) -> Point3<f64> {
-    let n = points.len() as f64;
-    (points.fold(Vector3::zeros(), |sum, p| sum + p.coords) / n).into()
+fn centre(points: &[Point3<f64>]) -> Point3<f64> {
+    let sum = points.iter().fold(Vector3::zeros(), |sum, p| sum + p.coords);
+    (sum / points.len() as f64).into()
 }
 
 impl Sheet {

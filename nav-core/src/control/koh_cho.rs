@@ -117,12 +117,13 @@ impl ControlLaw for KohCho {
         // th_p - th = (th_p - th_t) + (th_t - th)
         let heading_to_go = landing_angle + e_th;
         let w_s = (w_p - w) + bounded_root(heading_to_go, params.max_yaw_acceleration_rad_s2, params.linear_heading_rad);
-        let alpha_max = params.max_yaw_acceleration_rad_s2;
+        let half_track_m = params.effective_track_m / 2.0;
+        let alpha_max = params.max_yaw_acceleration_rad_s2.min(params.max_wheel_acceleration_m_s2 / half_track_m);
         let alpha = (w_s / period).clamp(-alpha_max, alpha_max);
 
         let v_s = e_x_rate + bounded_root(e_x, params.max_acceleration_m_s2, params.linear_along_m);
         // Steering first: what the wheels have left goes to the speed.
-        let left_over = (params.max_wheel_acceleration_m_s2 - params.effective_track_m / 2.0 * alpha.abs()).max(0.0);
+        let left_over = (params.max_wheel_acceleration_m_s2 - half_track_m * alpha.abs()).max(0.0);
         let a_max = params.max_acceleration_m_s2.min(left_over);
         let a = (v_s / period).clamp(-a_max, a_max);
 
@@ -134,5 +135,46 @@ impl ControlLaw for KohCho {
         self.commanded = Twist::default();
         self.target_speed_m_s = 0.0;
         self.target_travelled_m = travelled_m;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_landing_curve_is_the_cubic_and_its_derivative_is_its_own() {
+        let params = KohChoParams::default();
+        let law = KohCho::new(params);
+        let c = params.landing * params.max_yaw_acceleration_rad_s2 / (6.0 * params.speed_m_s * params.speed_m_s);
+        for e_y in [-0.08, -0.02, 0.015, 0.06] {
+            // On |e_y| = C x^3 the slope is 3 C x^2.
+            let x = libm::cbrt(f64::abs(e_y) / c);
+            let (angle, _) = law.landing_angle(e_y);
+            assert!((libm::tan(angle) - (3.0 * c * x * x).copysign(e_y)).abs() < 1e-12, "{e_y}");
+        }
+        for e_y in [-0.08, -0.02, -0.004, 0.003, 0.015, 0.06] {
+            let step = 1e-6;
+            let slope = (law.landing_angle(e_y + step).0 - law.landing_angle(e_y - step).0) / (2.0 * step);
+            let (_, derivative) = law.landing_angle(e_y);
+            assert!((slope - derivative).abs() < 1e-4 * derivative, "{e_y}: {slope} {derivative}");
+        }
+    }
+
+    /// A robot that moves along the landing curve, at the curve's own turn rate, is left to go on: the feed-forward holds it there.
+    #[test]
+    fn on_the_landing_curve_nothing_is_corrected() {
+        let params = KohChoParams::default();
+        let period_s = 1.0 / 30.0;
+        for lateral_m in [-0.05, 0.03] {
+            let mut law = KohCho::new(params);
+            let (angle, derivative) = law.landing_angle(-lateral_m);
+            let rate = derivative * params.speed_m_s * libm::sin(-angle);
+            law.commanded = Twist { speed_m_s: params.speed_m_s, yaw_rate_rad_s: rate };
+            law.target_speed_m_s = params.speed_m_s;
+            let state = PathState { lateral_m, heading_rad: angle, period_s, ..PathState::default() };
+            let next = law.twist(&state);
+            assert!((next.yaw_rate_rad_s - rate).abs() < 1e-9, "{lateral_m}: {} {rate}", next.yaw_rate_rad_s);
+        }
     }
 }

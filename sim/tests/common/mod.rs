@@ -11,46 +11,49 @@ use ductloop_nav::rig::MountAngles;
 use ductloop_sim::{Ground, RobotSpec, World};
 
 /// The default physics rate.
-pub const HZ: u32 = 1200;
+pub(crate) const HZ: u32 = 1200;
 
 /// A fitting of an 0.5 x 0.3 m duct.
-pub fn fitting(shape: Shape) -> Fitting {
+pub(crate) fn fitting(shape: Shape) -> Fitting {
     Fitting { shape, width_m: 0.5, height_m: 0.3, surface: SurfaceId(0) }
 }
 
 /// A straight duct, closed at both ends.
-pub fn straight(length_m: f64) -> Network {
+pub(crate) fn straight(length_m: f64) -> Network {
     run(&[fitting(Shape::Straight { length_m })])
 }
 
 /// Fittings one after the other, closed at both ends.
-pub fn run(fittings: &[Fitting]) -> Network {
+pub(crate) fn run(fittings: &[Fitting]) -> Network {
     Network::from_run(fittings, End::Cap, End::Cap).expect("the test's duct")
 }
 
 /// A pose on the floor.
-pub fn pose(x_m: f64, y_m: f64, heading_rad: f64) -> Transform {
+pub(crate) fn pose(x_m: f64, y_m: f64, heading_rad: f64) -> Transform {
     Transform::from_parts(nalgebra::Translation3::new(x_m, y_m, 0.0), rotation_about_z(heading_rad).into())
 }
 
-/// A robot on a floor of mu = 0.7.
-pub fn world(network: &Network, robot: &RobotSpec, start: &Transform) -> World {
-    World::new(network, robot, &Ground::uniform(0.7), start, MountAngles::default(), HZ).expect("the test's world")
+/// Friction of that floor.
+pub(crate) const GRIP: f64 = 0.7;
+
+/// A robot on a floor of [`GRIP`].
+pub(crate) fn world(network: &Network, robot: &RobotSpec, start: &Transform) -> World {
+    World::new(network, robot, &Ground::uniform(GRIP), start, MountAngles::default(), HZ).expect("the test's world")
 }
 
-/// Holds wheel speeds by PI on the true ones. Its motors may be given more than the robot's have.
-pub struct SpeedLoop {
+/// Holds wheel speeds by PI on the true ones.
+pub(crate) struct SpeedLoop {
     integral: Sides,
 }
 
 impl SpeedLoop {
     /// With nothing integrated yet.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { integral: Sides::default() }
     }
 
     /// One tick.
-    pub fn step(&mut self, world: &mut World, wheel_rad_s: Sides) {
+    pub(crate) fn step(&mut self, world: &mut World, wheel_rad_s: Sides) {
         // Duty for 1 rad/s of INCRA I unloaded is 0.032; the integral's time constant is 1 / 40 s.
         const GAIN: f64 = 0.1;
         const RATE: f64 = 40.0 / HZ as f64;
@@ -63,7 +66,7 @@ impl SpeedLoop {
     }
 
     /// Many ticks.
-    pub fn hold(&mut self, world: &mut World, wheel_rad_s: Sides, seconds: f64) {
+    pub(crate) fn hold(&mut self, world: &mut World, wheel_rad_s: Sides, seconds: f64) {
         for _ in 0..(seconds * f64::from(HZ)).round() as usize {
             self.step(world, wheel_rad_s);
         }

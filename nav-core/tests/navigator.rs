@@ -1,0 +1,95 @@
+//! The command controller with a perception and a law that say what they are told: what it remembers, predicts and gives up.
+
+use std::sync::{Arc, Mutex};
+
+use ductloop_nav::control::{ControlLaw, PathState, Twist};
+use ductloop_nav::messages::{Counts, Frame, Pixels};
+use ductloop_nav::navigator::{DuctNavigator, Navigator, NavigatorParams, State};
+use ductloop_nav::odometry::DriveModel;
+use ductloop_nav::perception::{Measurement, Perception};
+use ductloop_nav::rig::MountAngles;
+
+/// Shows what the frame's first two pixels say: nothing, or lateral in mm and heading in mrad.
+struct Told;
+
+impl Perception for Told {
+    fn perceive(&mut self, frame: &Frame<'_>, _mount: MountAngles) -> Measurement {
+        let Pixels::Grey8(pixels) = frame.pixels else { return Measurement::default() };
+        let seen = (pixels[0] > 0).then(|| (f64::from(pixels[0]) * 1e-3, f64::from(pixels[1]) * 1e-3));
+        Measurement { lateral_m: seen.map(|s| s.0), heading_rad: seen.map(|s| s.1), ..Measurement::default() }
+    }
+}
+
+/// Remembers what it was asked, and always drives straight on.
+struct Noted(Arc<Mutex<Vec<PathState>>>);
+
+impl ControlLaw for Noted {
+    fn twist(&mut self, state: &PathState) -> Twist {
+        self.0.lock().unwrap().push(*state);
+        Twist { speed_m_s: 0.3, yaw_rate_rad_s: 0.0 }
+    }
+
+    fn reset(&mut self, _travelled_m: f64) {}
+}
+
+const DRIVE: DriveModel =
+    DriveModel { wheel_radius_m: 0.04, effective_track_m: 0.325, counts_per_wheel_turn: 66_000.0, lag_s: 0.0 };
+/// Counts in a frame period at 0.3 m/s.
+const COUNTS_A_FRAME: f64 = 0.3 / 0.04 / std::f64::consts::TAU * 66_000.0 / 30.0;
+
+/// Frames as (lateral in mm or 0 for unseen, heading in mrad); returns the states, and what the law was asked.
+fn drive(frames: &[[u8; 2]], speed_m_s: f64) -> (Vec<State>, Vec<f64>, Vec<PathState>) {
+    let asked = Arc::default();
+    let params =
+        NavigatorParams { ticks_per_s: 1200.0, ticks_per_frame: 40, drive: DRIVE, coast_s: 0.2, mount: MountAngles::default() };
+    let mut navigator = DuctNavigator::new(params, Told, Noted(Arc::clone(&asked)));
+    let (mut states, mut wheels) = (Vec::new(), Vec::new());
+    for (i, pixels) in frames.iter().enumerate() {
+        let counts = (COUNTS_A_FRAME * speed_m_s / 0.3 * i as f64).round() as i64;
+        let frame = Frame { width_px: 2, height_px: 1, pixels: Pixels::Grey8(pixels) };
+        let command = navigator.on_frame(&frame, Counts { left: counts, right: counts }, MountAngles::default(), 40 * i as u64);
+        states.push(navigator.report().state);
+        wheels.push(command.wheel_speed_rad_s.left);
+    }
+    let asked = asked.lock().unwrap().clone();
+    (states, wheels, asked)
+}
+
+#[test]
+fn without_ever_seeing_a_wall_it_does_not_move() {
+    let (states, wheels, asked) = drive(&[[0, 0]; 20], 0.0);
+    assert!(states.iter().all(|s| *s == State::Unknown) && wheels.iter().all(|w| *w == 0.0) && asked.is_empty());
+}
+
+#[test]
+fn it_coasts_for_as_long_as_it_may_and_then_stands() {
+    let mut frames = vec![[10, 0]; 3];
+    frames.extend([[0, 0]; 12]);
+    frames.extend([[10, 0]; 2]);
+    let (states, wheels, _) = drive(&frames, 0.3);
+    // 0.2 s are six frames: the first unseen frame and six more.
+    let expected = |i: usize| match i {
+        0..3 | 15.. => State::Tracking,
+        3..10 => State::Coasting,
+        _ => State::Stopped,
+    };
+    for (i, (state, wheel)) in states.iter().zip(&wheels).enumerate() {
+        assert_eq!(*state, expected(i), "frame {i}: {states:?}");
+        assert_eq!(*wheel == 0.0, *state == State::Stopped, "frame {i}");
+    }
+}
+
+#[test]
+fn while_coasting_the_wheels_carry_the_errors_on() {
+    // Seen once at 10 mm and 100 mrad to the left, then nothing while it drives straight on at 0.3 m/s.
+    let (_, _, asked) = drive(&[[10, 100], [0, 0], [0, 0], [0, 0]], 0.3);
+    let step = 0.3 / 30.0;
+    for (i, state) in asked.iter().enumerate() {
+        // Each is advanced by one period from exposure to actuation; on the first frame nothing is commanded yet.
+        let periods = i as f64 + f64::from(u8::from(i > 0));
+        assert!((state.lateral_m - (0.010 + periods * step * libm::sin(0.1))).abs() < 1e-6, "{i}: {state:?}");
+        assert!((state.travelled_m - periods * step * libm::cos(0.1)).abs() < 1e-6, "{i}: {state:?}");
+        assert!((state.heading_rad - 0.1).abs() < 1e-9);
+    }
+    assert_eq!(asked.len(), 4);
+}

@@ -1,0 +1,54 @@
+//! What a physics tick costs: in a straight duct, and in a network of many fittings.
+#![allow(missing_docs, reason = "criterion's macros make undocumented items")]
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use ductloop_duct::Transform;
+use ductloop_duct::cell::SurfaceId;
+use ductloop_duct::fitting::{Fitting, Shape};
+use ductloop_duct::network::{End, Network};
+use ductloop_nav::messages::Sides;
+use ductloop_nav::rig::MountAngles;
+use ductloop_sim::{Ground, RobotSpec, World};
+use nalgebra::Translation3;
+
+fn fitting(shape: Shape) -> Fitting {
+    Fitting { shape, width_m: 0.5, height_m: 0.3, surface: SurfaceId(0) }
+}
+
+fn straight() -> Vec<Fitting> {
+    vec![fitting(Shape::Straight { length_m: 1000.0 })]
+}
+
+/// 3000 short ducts, one after the other.
+fn many() -> Vec<Fitting> {
+    vec![fitting(Shape::Straight { length_m: 0.3 }); 3000]
+}
+
+/// Zigzags of radius elbows and straights, a cell or a gore every few centimetres: 100 fittings, 650 cells.
+fn winding() -> Vec<Fitting> {
+    let elbow = |turn: f64| fitting(Shape::RadiusElbow { angle_rad: turn * std::f64::consts::FRAC_PI_2, throat_radius_m: 0.375 });
+    let turns = [1.0, -1.0, -1.0, 1.0].into_iter().cycle();
+    turns.take(50).flat_map(|turn| [fitting(Shape::Straight { length_m: 1.0 }), elbow(turn)]).collect()
+}
+
+fn step(c: &mut Criterion) {
+    // In the winding duct the robot stands and turns slowly on the spot, so that it stays there however long it is measured.
+    for (name, fittings, duty) in [
+        ("straight", straight(), Sides { left: 0.2, right: 0.2 }),
+        ("3000 fittings", many(), Sides { left: 0.2, right: 0.2 }),
+        ("winding", winding(), Sides { left: -0.06, right: 0.06 }),
+    ] {
+        let network = Network::from_run(&fittings, End::Cap, End::Cap).expect("a duct");
+        let start = Transform::from_parts(Translation3::new(0.5, 0.0, 0.0), nalgebra::UnitQuaternion::identity());
+        let make = || {
+            let ground = Ground::uniform(0.7);
+            World::new(&network, &RobotSpec::incra1(), &ground, &start, MountAngles::default(), 1200).expect("a world")
+        };
+        let mut world = make();
+        c.bench_function(&format!("step/{name}"), |b| b.iter(|| world.step(duty)));
+        c.bench_function(&format!("truth/{name}"), |b| b.iter(|| world.truth()));
+    }
+}
+
+criterion_group!(benches, step);
+criterion_main!(benches);
