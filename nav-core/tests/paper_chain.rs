@@ -76,9 +76,11 @@ fn without_both_stripes_no_wall_is_claimed() {
 #[test]
 fn stripes_that_contradict_each_other_are_no_wall() {
     let rig = wide();
-    let turned = rig.clone().with_plane_turned(0, 4.0_f64.to_radians());
-    let (measured, _) = measure(&rig, PaperParams::default(), &image(&turned, &POSES[0], [true; 2]));
-    assert_eq!(measured, Measurement::default());
+    for turn_deg in [-2.0_f64, 2.0] {
+        let turned = rig.clone().with_plane_turned(0, turn_deg.to_radians());
+        let (measured, _) = measure(&rig, PaperParams::default(), &image(&turned, &POSES[0], [true; 2]));
+        assert_eq!(measured, Measurement::default(), "{turn_deg} degrees");
+    }
 }
 
 /// Bright bars that are straight but far thicker, or far thinner, than a stripe can be there are no stripes.

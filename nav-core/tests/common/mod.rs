@@ -57,7 +57,8 @@ pub(crate) fn image(rig: &Rig, pose: &Pose, lit: [bool; 2]) -> Vec<u8> {
             let to_side = reach(camera.y, direction.y, -half, half);
             let to_level = reach(camera.z, direction.z, 0.0, HEIGHT_M);
             let depth = to_side.min(to_level);
-            if !(depth < 4.0) {
+            // Beyond that nothing is lit; along the duct's axis the depth is infinite or not a number.
+            if depth.is_nan() || depth >= 4.0 {
                 continue;
             }
             let point = Point3::from(ray * depth);
