@@ -9,7 +9,6 @@ use ductloop_sim::spec::RobotSpec;
 use nalgebra::Vector3;
 use serde_json::Value;
 
-use crate::pilot::WHEEL_BANDWIDTH_RAD_S;
 use crate::scenario::{Bound, Measured, Rates, Scenario};
 
 impl Rates {
@@ -39,7 +38,7 @@ impl Scenario {
     pub fn wheel_gains(&self) -> WheelGains {
         let drive = &self.robot.drive;
         let full_speed_rad_s = drive.supply_v / (drive.motor_constant * drive.gear_ratio);
-        WheelGains::from_bandwidth(WHEEL_BANDWIDTH_RAD_S, full_speed_rad_s, drive_time_constant_s(&self.robot))
+        WheelGains::from_bandwidth(self.control.wheel_bandwidth_rad_s, full_speed_rad_s, drive_time_constant_s(&self.robot))
     }
 }
 

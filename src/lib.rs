@@ -22,10 +22,14 @@ pub mod fault;
 pub mod metrics;
 #[cfg(feature = "cli")]
 pub mod output;
+#[cfg(feature = "cli")]
+pub mod picture;
 pub mod pilot;
 pub mod record;
 #[cfg(feature = "cli")]
 pub mod report;
+#[cfg(feature = "cli")]
+pub mod run_files;
 pub mod run_hash;
 pub mod scenario;
 #[cfg(feature = "wgpu")]

@@ -225,3 +225,110 @@ fn first_broken(scenario: &Scenario, run: &RunRecord, metric: &str, bound: &Boun
         .find(|frame| value(frame).is_some_and(|v| !bound.holds(Measured::Number(v))))
         .map(|frame| frame.time_s)
 }
+
+#[cfg(test)]
+mod tests {
+    use ductloop_nav::messages::Command;
+    use ductloop_nav::rig::MountAngles;
+    use ductloop_sim::collision::Collisions;
+    use ductloop_sim::truth::Truth;
+
+    use super::*;
+    use crate::record::KeyFrames;
+
+    fn scenario(pass: &str) -> Scenario {
+        let text = format!(
+            "format = 1\nkind = \"scenario\"\nname = \"t\"\n[sensor]\npreset = \"wide\"\n[duct]\nwidth_m = 0.5\nheight_m = 0.3\n\
+             run = [{{ straight_m = 6.0 }}]\n[start]\ndistance_m = 0.5\n[pass]\nsettle_m = 1.0\n{pass}"
+        );
+        Scenario::from_toml_str(&text).unwrap_or_else(|wrong| panic!("{}", wrong.render(false)))
+    }
+
+    /// A frame a second at 1 m/s from 0.5 m; lateral offsets in mm. Estimates are 1 mm too large, and missing on even frames.
+    fn run(laterals_mm: &[f64], end: EndState) -> RunRecord {
+        let frame = |(i, lateral_mm): (usize, &f64)| {
+            let lateral_m = lateral_mm * 1e-3;
+            let mut measurement = ductloop_nav::perception::Measurement::default();
+            if i % 2 == 1 {
+                (measurement.lateral_m, measurement.heading_rad) = (Some(lateral_m + 1e-3), Some(0.0));
+            }
+            FrameRecord {
+                frame: i as u64,
+                tick: 1200 * i as u64,
+                time_s: i as f64,
+                truth: Truth {
+                    world_from_base: nalgebra::Isometry3::identity(),
+                    cell: 0,
+                    distance_m: 0.5 + i as f64,
+                    lateral_m,
+                    heading_rad: -0.02,
+                    clearance_m: 0.1 - lateral_m.abs(),
+                    speed_m_s: 1.0,
+                    yaw_rate_rad_s: 0.0,
+                    wheel_speed_rad_s: Default::default(),
+                    motor_current_a: Default::default(),
+                },
+                collisions: Collisions { count: u32::from(i >= 3), contact_speed_max_m_s: 0.0 },
+                counts: Default::default(),
+                mount: MountAngles::default(),
+                measurement,
+                state: Default::default(),
+                lines: 0,
+                command: Command::stop(MountAngles::default()),
+                faults: 0,
+            }
+        };
+        let frames: Vec<FrameRecord> = laterals_mm.iter().enumerate().map(frame).collect();
+        let collisions = frames.last().map_or(Collisions::default(), |f| f.collisions);
+        let (sim_time_s, distance_m) = (frames.len() as f64, frames.len() as f64);
+        RunRecord { frames, key_frames: KeyFrames::default(), end, sim_time_s, collisions, distance_m, run_hash: 0 }
+    }
+
+    #[test]
+    fn tracking_leaves_the_settling_distance_out() {
+        // The first frame stands before 1.5 m and does not count; the second stands on the line and does.
+        let metrics = Metrics::of(&scenario(""), &run(&[50.0, 3.0, -4.0, 0.0], EndState::Finished), Some(2.0));
+        let close = |value: Option<f64>, to: f64| value.is_some_and(|v| (v - to).abs() < 1e-12);
+        assert!(close(metrics.lateral_rms_m, (25.0_f64 / 3.0).sqrt() * 1e-3), "{metrics:?}");
+        assert!(close(metrics.lateral_max_m, 4e-3) && close(metrics.heading_max_rad, 0.02), "{metrics:?}");
+        assert!(close(metrics.lateral_estimate_rms_m, 1e-3) && close(metrics.heading_estimate_rms_rad, 0.02), "{metrics:?}");
+        assert!(close(metrics.estimates_valid, 2.0 / 3.0) && close(metrics.real_time_factor, 2.0), "{metrics:?}");
+        // Clearance and collisions count from the start.
+        assert!(close(metrics.min_clearance_m, 0.05) && metrics.collisions == 1 && metrics.completed, "{metrics:?}");
+    }
+
+    #[test]
+    fn what_was_not_measured_fails_its_criterion() {
+        let scenario = scenario("lateral_rms_mm = 5.0");
+        let short = run(&[0.0], EndState::Finished);
+        let metrics = Metrics::of(&scenario, &short, None);
+        assert_eq!((metrics.lateral_rms_m, metrics.estimates_valid), (None, None));
+        let (verdict, reasons) = judge(&scenario, &short, &metrics);
+        assert_eq!(verdict, Verdict::Fail);
+        assert_eq!((reasons.len(), &reasons[0].value), (1, &serde_json::Value::Null));
+    }
+
+    #[test]
+    fn a_reason_says_when_the_bound_was_first_broken() {
+        let scenario = scenario("lateral_max_mm = 5.0\ncollisions = 0");
+        // 90 mm at the start is within the settling distance.
+        let bad = run(&[90.0, 1.0, 6.0, 8.0], EndState::Finished);
+        let (verdict, reasons) = judge(&scenario, &bad, &Metrics::of(&scenario, &bad, None));
+        let told: Vec<_> = reasons.iter().map(|r| (r.metric.as_str(), r.at_s)).collect();
+        assert_eq!(verdict, Verdict::Fail);
+        assert_eq!(told, [("collisions", Some(3.0)), ("lateral_max_m", Some(2.0))]);
+    }
+
+    #[test]
+    fn a_run_that_the_time_limit_ended_has_failed_unless_it_was_to_end_so() {
+        let late = run(&[0.0, 0.0], EndState::TimeLimit);
+        let verdict = |pass: &str| {
+            let scenario = scenario(pass);
+            judge(&scenario, &late, &Metrics::of(&scenario, &late, None)).0
+        };
+        assert_eq!(verdict(""), Verdict::Fail);
+        assert_eq!(verdict("completed = true"), Verdict::Fail);
+        assert_eq!(verdict("end_state = \"time-limit\""), Verdict::Pass);
+        assert_eq!(verdict("end_state = \"finished\""), Verdict::Fail);
+    }
+}

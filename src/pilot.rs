@@ -130,12 +130,9 @@ fn navigator_params(scenario: &Scenario) -> NavigatorParams {
             effective_track_m: effective_track_m(scenario),
             counts_per_wheel_turn: robot.drive.counts_per_wheel_turn(),
             // The wheel loop's own time constant: both its poles lie at the bandwidth.
-            lag_s: 2.0 / WHEEL_BANDWIDTH_RAD_S,
+            lag_s: 2.0 / scenario.control.wheel_bandwidth_rad_s,
         },
-        coast_s: 0.5,
+        coast_s: scenario.navigation.coast_s,
         mount: scenario.rig.mount.rest,
     }
 }
-
-/// Bandwidth for which the wheel loop's gains are chosen, in rad/s.
-pub(crate) const WHEEL_BANDWIDTH_RAD_S: f64 = 60.0;

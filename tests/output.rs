@@ -9,11 +9,12 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int64Type, UInt32Type, UInt64Type};
 use arrow_array::{Array, RecordBatch};
 use ductloop::output::folder::{FolderError, RunFolder, folder_name};
-use ductloop::output::junit::{Case, junit, write_junit};
+use ductloop::output::junit::{Case, junit, try_junit, write_junit};
 use ductloop::output::manifest::{AdapterInfo, Manifest};
 use ductloop::output::summary::Summary;
-use ductloop::output::{frames, words, write_run};
+use ductloop::output::{frames, words};
 use ductloop::record::{EndState, FrameRecord, KeyFrames, RunRecord};
+use ductloop::run_files::write_run;
 use ductloop::{Command, Counts, Measurement, MountAngles, Scenario, Sides, Verdict, report};
 use ductloop_nav::navigator::State;
 use ductloop_nav::perception::{StripeLine, Wall, WallMeasurement};
@@ -67,7 +68,7 @@ fn made_up(scenario: &Scenario, lateral_m: f64) -> RunRecord {
         let time_s = i as f64 / 30.0;
         let distance_m = 0.5 + 0.5 * time_s;
         let lateral_m = lateral_m * libm::exp(-distance_m);
-        let blind = (60..75).contains(&i);
+        let blind = i == 0 || (60..75).contains(&i);
         let seen = |value: f64| (!blind).then_some(value);
         let on_path = network.centreline.pose_at(distance_m);
         let truth = Truth {
@@ -156,7 +157,7 @@ fn parquet_bytes(bytes: Vec<u8>) -> impl parquet::file::reader::ChunkReader + 's
 
 #[test]
 fn the_table_has_a_row_a_frame_and_reads_back_to_the_bit() {
-    let (scenario, nulls) = (scenario(), 15);
+    let (scenario, blind) = (scenario(), 16);
     let run = made_up(&scenario, 0.05);
     let table = table_of(frames::parquet(&run.frames).expect("a table"));
     assert_eq!(table.num_rows(), run.frames.len());
@@ -191,7 +192,7 @@ fn the_table_has_a_row_a_frame_and_reads_back_to_the_bit() {
             assert_eq!(there, value, "{name} of frame {i}");
         }
     }
-    assert_eq!(column("left_wall_points").null_count(), nulls);
+    assert_eq!(column("left_wall_points").null_count(), blind);
 }
 
 #[test]
@@ -318,7 +319,7 @@ fn the_report_needs_nothing_but_itself_and_says_why() {
     let summary = Summary::of(&scenario, &run, "wgpu", None);
     let page = report::html(&scenario, &run, &summary, &manifest()).expect("a page");
     for part in [
-        "Collisions: 1, first at 6.7 s; it may be at most 0.",
+        "Collisions: 1, first at 6.7 s; it must be at most 0.",
         "Half of &lt;b&gt;this&lt;&#x2f;b&gt; &amp; that",
         "fault: laser low off",
         "collision at 6.7 s",
@@ -361,8 +362,11 @@ fn junit_tells_failure_error_and_limit_apart() {
     let cases = [case(&passed, "a"), Case { reasons, ..case(&failed, "b") }, case(&lost, "c"), case(&late, "d")];
     let text = junit(&cases).expect("XML");
     assert!(text.contains(r#"<testsuite name="ductloop" tests="4" skipped="0" errors="2" failures="1" time="6.000">"#), "{text}");
-    assert!(text.contains(r#"<failure message="Collisions: 1, first at 6.7 s; it may be at most 0." type="verdict">"#), "{text}");
-    assert!(text.contains(r#"<error message="lost [31m&lt;device&gt;" type="error">"#), "{text}");
+    assert!(
+        text.contains(r#"<failure message="Collisions: 1, first at 6.7 s; it must be at most 0." type="verdict">"#),
+        "{text}"
+    );
+    assert!(text.contains(r#"<error message="lost &lt;device&gt;" type="error">"#), "{text}");
     assert!(text.contains(r#"type="timeout""#) && text.contains("out/made-up/report.html"), "{text}");
     assert!(text.contains("least clearance: "), "{text}");
 
@@ -370,6 +374,12 @@ fn junit_tells_failure_error_and_limit_apart() {
     let path = out.path().join("deep/junit.xml");
     write_junit(&path, &cases).expect("a file");
     assert_eq!(fs::read_to_string(&path).expect("a file"), text);
+    try_junit(&path).expect("a file that may be replaced");
+    try_junit(&out.path().join("new/junit.xml")).expect("a folder that can be made");
+    for path in ["deep", "deep/junit.xml/x.xml"] {
+        try_junit(&out.path().join(path)).expect_err("a folder, and a file beneath a file");
+    }
+    assert!(!out.path().join("new").exists());
     assert_eq!(files_below(out.path()), BTreeSet::from(["deep/junit.xml".into()]));
 }
 

@@ -17,8 +17,13 @@ Examples:
   ductloop render scenarios/straight.toml --at-s 2 --out frame.png
   ductloop check scenarios/*.toml                 are these files right?
 
-Exit codes: 0 passed, 1 a verdict failed, 2 a file or the command line is wrong, 3 a run could not go on,
-4 wall-clock limit, 130 interrupted."
+Exit codes:
+  0    every verdict passed
+  1    a verdict failed
+  2    a file or the command line is wrong, or the output cannot be written
+  3    a run could not go on
+  4    a wall-clock limit was reached
+  130  interrupted"
 )]
 pub(crate) struct Cli {
     #[command(subcommand)]
@@ -50,7 +55,7 @@ pub(crate) struct OverlayArgs {
     #[arg(long, value_name = "PATH=VALUE")]
     pub(crate) set: Vec<String>,
     /// Feed every random stream from this seed
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = seed)]
     pub(crate) seed: Option<u64>,
     /// How images become errors: `paper`, or `truth` to steer by the true errors
     #[arg(long, value_name = "PIPELINE")]
@@ -64,7 +69,7 @@ pub(crate) struct RendererArgs {
     #[arg(long, value_enum, default_value_t = RendererChoice::Auto)]
     pub(crate) renderer: RendererChoice,
     /// Threads for one run: with 2 or more, physics runs on while a frame is rendered and read. Results are the same
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
 }
 
@@ -111,7 +116,7 @@ pub(crate) struct RunArgs {
     #[arg(long)]
     pub(crate) force: bool,
     /// Break a run off after this many seconds of real time
-    #[arg(long, value_name = "SECONDS", value_parser = positive_seconds)]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = positive_seconds)]
     pub(crate) wall_limit_s: Option<f64>,
 }
 
@@ -124,7 +129,7 @@ pub(crate) struct RenderArgs {
     #[arg(value_name = "FILE|NAME")]
     pub(crate) input: PathBuf,
     /// Simulated time: the first frame exposed at or after it
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
     pub(crate) at_s: f64,
     /// The picture; the truth goes beside it, with the ending .json
     #[arg(long, value_name = "FILE", default_value = "frame.png")]
@@ -165,11 +170,25 @@ pub(crate) struct BenchArgs {
     #[arg(long)]
     pub(crate) json: bool,
     /// Frames to time; the median is told
-    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(10..=100_000))]
+    #[arg(long, value_name = "N", default_value_t = 200, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(10..=100_000))]
     pub(crate) frames: u32,
 }
 
 impl Command {
+    /// The list of results in the document of `run`.
+    pub(crate) const RUNS: &'static str = "runs";
+    /// The same of `check`.
+    pub(crate) const SCENARIOS: &'static str = "scenarios";
+
+    /// The list of results in its document, if it has one.
+    pub(crate) fn list(&self) -> Option<&'static str> {
+        match self {
+            Self::Run(_) => Some(Self::RUNS),
+            Self::Check(_) => Some(Self::SCENARIOS),
+            Self::Render(_) | Self::Schema | Self::Bench(_) => None,
+        }
+    }
+
     /// Whether the result is to be one JSON document.
     pub(crate) fn json(&self) -> bool {
         match self {
@@ -180,6 +199,12 @@ impl Command {
             Self::Schema => false,
         }
     }
+}
+
+fn seed(text: &str) -> Result<u64, String> {
+    // TOML knows no larger whole number, and the run's folder holds the seed as TOML.
+    const MOST: u64 = i64::MAX as u64;
+    text.parse().ok().filter(|seed| *seed <= MOST).ok_or_else(|| format!("a whole number from 0 to {MOST}"))
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

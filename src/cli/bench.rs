@@ -17,8 +17,9 @@ use ductloop_sim::world::World;
 use serde_json::json;
 
 use super::args::{BenchArgs, RendererArgs, RendererChoice};
-use super::problem::{Problem, print_json};
+use super::problem::Problem;
 use super::rendering::Rendering;
+use super::streams::{self, print, print_json};
 
 /// What is measured on.
 const SCENARIO: &str = include_str!("bench.toml");
@@ -38,7 +39,7 @@ pub(crate) fn command(args: &BenchArgs) -> Result<u8, Problem> {
     let rest = scenario.rig.mount.rest;
     let note = |text: &str| {
         if !args.json {
-            eprintln!("{text} …");
+            streams::note(&format!("{text} …"));
         }
     };
 
@@ -103,13 +104,20 @@ pub(crate) fn command(args: &BenchArgs) -> Result<u8, Problem> {
             "real_time_factor": {"cpu": null, "wgpu": real_time_factor},
             "host": Host::this(),
             "adapter": rendering.adapter(),
-        }));
+        }))?;
     } else {
-        println!("frame             {} x {} pixels, {} threads", camera.width_px, camera.height_px, rendering.threads);
-        println!("rendering, wgpu   {render_ms:.2} ms ({})", rendering.adapter().name);
-        println!("perception, paper {perceive_ms:.2} ms");
-        println!("physics           {physics_steps_per_s:.0} steps/s");
-        println!("whole loop        {real_time_factor:.1} times real time");
+        print(&format!(
+            "\
+frame             {} x {} pixels, {} threads
+rendering, wgpu   {render_ms:.2} ms ({})
+perception, paper {perceive_ms:.2} ms
+physics           {physics_steps_per_s:.0} steps/s
+whole loop        {real_time_factor:.1} times real time",
+            camera.width_px,
+            camera.height_px,
+            rendering.threads,
+            rendering.adapter().name
+        ))?;
     }
     Ok(0)
 }

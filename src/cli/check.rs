@@ -4,7 +4,8 @@ use serde_json::json;
 
 use super::args::CheckArgs;
 use super::inputs;
-use super::problem::{Problem, print_json};
+use super::problem::Problem;
+use super::streams::{print, print_json};
 
 /// Carries it out.
 ///
@@ -19,15 +20,17 @@ pub(crate) fn command(args: &CheckArgs) -> Result<u8, Problem> {
         let (file, fittings, criteria) = (input.file.display(), scenario.duct.run.len(), scenario.pass.list.len());
         if !args.quiet && !args.json {
             let about = if scenario.about.is_empty() { String::new() } else { format!(": {}", scenario.about) };
-            println!("{file}: ok, `{}`{about}", scenario.name);
-            println!("  {fittings} fittings, {length_m:.2} m, seed {}, {criteria} criteria", scenario.seed);
+            let (name, seed) = (&scenario.name, scenario.seed);
+            print(&format!(
+                "{file}: ok, `{name}`{about}\n  {length_m:.2} m, fittings: {fittings}, criteria: {criteria}, seed: {seed}"
+            ))?;
         }
         rows.push(json!({
             "file": file.to_string(), "scenario": scenario.name, "length_m": length_m, "fittings": fittings, "criteria": criteria,
         }));
     }
     if args.json {
-        print_json(&json!({"scenarios": rows, "errors": []}));
+        print_json(&json!({"scenarios": rows, "errors": []}))?;
     }
     Ok(0)
 }

@@ -1,8 +1,8 @@
 //! The command line, a file a command.
 //!
 //! - `args`: what may be typed; - `inputs`: files, folders and names to scenarios, all checked before anything runs;
-//! - `run`, `render`, `check`, `bench`: the commands; - `progress`, `verdict_table`: what they show while and after;
-//! - `problem`: what a command can end with other than its result; - `interrupt`: Ctrl-C.
+//! - `destination`: where results go, checked likewise; - `run`, `render`, `check`, `bench`: the commands; - `progress`, `verdict_table`: what they show while and after;
+//! - `problem`: what a command can end with other than its result; - `streams`: standard output and error; - `interrupt`: Ctrl-C.
 //!
 //! Exit codes: 0 every verdict passed; 1 one failed; 2 the command line or a file is wrong, or the output cannot be written;
 //! 3 a run could not go on; 4 a wall-clock limit; 130 interrupted.
@@ -10,6 +10,7 @@
 mod args;
 mod bench;
 mod check;
+mod destination;
 mod inputs;
 mod interrupt;
 mod problem;
@@ -17,6 +18,7 @@ mod progress;
 mod render;
 mod rendering;
 mod run;
+mod streams;
 mod verdict_table;
 
 use clap::Parser;
@@ -31,21 +33,37 @@ const INTERRUPTED: u8 = 130;
 pub(crate) fn main() -> u8 {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        // clap's own exit code for usage is 2, and 0 for --help and --version.
-        Err(error) => {
-            let _ = error.print();
-            return u8::try_from(error.exit_code()).unwrap_or(2);
-        }
+        Err(error) => return not_understood(&error),
     };
     let result = match &cli.command {
         Command::Run(args) => run::command(args),
         Command::Render(args) => render::command(args),
         Command::Check(args) => check::command(args),
-        Command::Schema => {
-            problem::print_json(&ductloop::scenario::schema());
-            Ok(0)
-        }
+        Command::Schema => streams::print_json(&ductloop::scenario::schema()).map(|()| 0),
         Command::Bench(args) => bench::command(args),
     };
-    result.unwrap_or_else(|problem: Problem| problem.report(cli.command.json()))
+    result.unwrap_or_else(|problem| {
+        let code = problem.tell();
+        if cli.command.json() { problem.print(cli.command.list()) } else { code }
+    })
+}
+
+/// Shows help or version, or what is wrong with the command line: then whoever asked for a document gets one too.
+fn not_understood(error: &clap::Error) -> u8 {
+    let _ = error.print();
+    // clap's own exit code for usage is 2, and 0 for --help and --version.
+    let code = u8::try_from(error.exit_code()).unwrap_or(Problem::WRONG_INPUT);
+    let typed: Vec<_> = std::env::args_os().skip(1).take_while(|arg| arg != "--").collect();
+    if code == 0 || !typed.iter().any(|arg| arg == "--json") {
+        return code;
+    }
+    let said = error.to_string();
+    let said = said.strip_prefix("error: ").unwrap_or(&said);
+    let (message, help) = said.split_once("\n\n").unwrap_or((said, ""));
+    let list = match typed.first().and_then(|command| command.to_str()) {
+        Some("run") => Some(Command::RUNS),
+        Some("check") => Some(Command::SCENARIOS),
+        _ => None,
+    };
+    Problem::new(code, message.trim()).help(help.trim()).print(list)
 }

@@ -1,9 +1,11 @@
 //! What a command can end with other than its result, for people and for programs.
 
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 
 use ductloop::scenario::Diagnostics;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
+
+use super::streams::{note, print_json};
 
 /// Why a command did not come to its result.
 #[derive(Debug)]
@@ -13,7 +15,7 @@ pub(crate) struct Problem {
 }
 
 /// One thing that is wrong.
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 enum Complaint {
     /// In files; each names its place.
     Files(Diagnostics),
@@ -53,10 +55,14 @@ impl Problem {
         self
     }
 
-    /// This and another one; the higher exit code counts.
-    pub(crate) fn and(mut self, other: Self) -> Self {
+    /// This and another one; the higher exit code counts. What several runs complain of alike is said once.
+    fn and(mut self, other: Self) -> Self {
         self.exit_code = self.exit_code.max(other.exit_code);
-        self.errors.extend(other.errors);
+        for error in other.errors {
+            if !self.errors.contains(&error) {
+                self.errors.push(error);
+            }
+        }
         self
     }
 
@@ -73,29 +79,60 @@ impl Problem {
             .collect()
     }
 
-    /// Tells it on standard error, and with `json` as a document on standard output; returns the exit code.
-    pub(crate) fn report(&self, json: bool) -> u8 {
+    /// The document that stands in for the result: an empty list of what would have been there, if the command gives one, and
+    /// the errors.
+    pub(crate) fn document(&self, list: Option<&str>) -> Value {
+        let mut document = Map::new();
+        document.extend(list.map(|key| (key.to_owned(), json!([]))));
+        document.insert("errors".into(), self.to_json().into());
+        document.into()
+    }
+
+    /// Tells it on standard error; returns the exit code.
+    pub(crate) fn tell(&self) -> u8 {
         let styled = std::io::stderr().is_terminal();
         for error in &self.errors {
             match error {
-                Complaint::Files(diagnostics) => eprintln!("{}\n", diagnostics.render(styled)),
+                Complaint::Files(diagnostics) => note(&format!("{}\n", diagnostics.render(styled))),
                 Complaint::Other { about, message, help } => {
                     let about = about.as_ref().map_or(String::new(), |what| format!("{what}: "));
-                    eprintln!("error: {about}{message}");
+                    note(&format!("error: {about}{message}"));
                     if let Some(help) = help {
-                        eprintln!("  help: {help}");
+                        note(&format!("  help: {help}"));
                     }
                 }
             }
         }
-        if json {
-            print_json(&json!({"runs": [], "errors": self.to_json()}));
-        }
         self.exit_code
+    }
+
+    /// Prints [`Problem::document`] on standard output; returns the exit code.
+    pub(crate) fn print(&self, list: Option<&str>) -> u8 {
+        let printed = print_json(&self.document(list));
+        self.exit_code.max(printed.map_or_else(|lost| lost.tell(), |()| 0))
     }
 }
 
-/// Prints a document on standard output. A reader who has gone away is no error.
-pub(crate) fn print_json(document: &Value) {
-    let _ = writeln!(std::io::stdout().lock(), "{document:#}");
+/// Problems as they come up, one by one.
+#[derive(Debug, Default)]
+pub(crate) struct Problems(Option<Problem>);
+
+impl Problems {
+    /// Takes one in.
+    pub(crate) fn note(&mut self, problem: Problem) {
+        self.0 = Some(match self.0.take() {
+            Some(before) => before.and(problem),
+            None => problem,
+        });
+    }
+
+    /// All of them as one.
+    pub(crate) fn into_inner(self) -> Option<Problem> {
+        self.0
+    }
+
+    /// The value, if there was none.
+    pub(crate) fn or<T>(self, value: T) -> Result<T, Problem> {
+        self.0.map_or(Ok(value), Err)
+    }
 }

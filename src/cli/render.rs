@@ -3,14 +3,15 @@
 use std::ops::ControlFlow;
 
 use ductloop::closed_loop::run_with;
-use ductloop::record::FrameRecord;
-use ductloop::{Pilot, Scenario, report};
+use ductloop::record::{EndState, FrameRecord};
+use ductloop::{Pilot, Scenario, picture};
 use serde_json::{Value, json};
 
 use super::args::RenderArgs;
-use super::inputs;
-use super::problem::{Problem, print_json};
+use super::problem::Problem;
 use super::rendering::Rendering;
+use super::streams::{note, print, print_json};
+use super::{INTERRUPTED, destination, inputs, interrupt};
 
 /// Carries it out: runs the loop up to the time asked for.
 ///
@@ -20,26 +21,44 @@ pub(crate) fn command(args: &RenderArgs) -> Result<u8, Problem> {
     let wrong = |message: String| Problem::new(Problem::WRONG_INPUT, message);
     let inputs = inputs::read(std::slice::from_ref(&args.input), &args.overlay)?;
     let [input] = inputs.as_slice() else {
-        return Err(wrong("one scenario is rendered at a time".into()).about(args.input.display().to_string()));
+        let many = wrong("one scenario is rendered at a time, and this folder holds several".into());
+        return Err(many.about(args.input.display().to_string()).help("name one of its files"));
     };
     let truth_file = args.out.with_extension("json");
     if args.out.extension().is_none_or(|ending| ending != "png") {
         return Err(wrong("the picture's name must end in .png".into()).about(args.out.display().to_string()));
     }
     let scenario = &input.scenario;
+    if args.at_s > scenario.time_limit_s {
+        let message = format!("the run ends at {} s at the latest (time_limit_s), before {} s", scenario.time_limit_s, args.at_s);
+        return Err(wrong(message).about("--at-s"));
+    }
+    for file in [&args.out, &truth_file] {
+        destination::file("--out", file)?;
+    }
     let rendering = Rendering::open(args.rendering, args.quiet)?;
-    let mut renderer =
-        ductloop::renderer(&rendering.gpu, scenario).map_err(|error| Problem::new(Problem::CANNOT_GO_ON, error.to_string()))?;
+    interrupt::listen();
+    let cannot_go_on = |error: &dyn std::fmt::Display| {
+        Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(input.file.display().to_string())
+    };
+    let mut renderer = ductloop::renderer(&rendering.gpu, scenario).map_err(|error| cannot_go_on(&error))?;
     let mut found = None;
     let run = run_with(scenario, Pilot::of(scenario), &mut renderer, rendering.pace, |record, image| {
+        if interrupt::requested() {
+            return ControlFlow::Break(());
+        }
         if record.time_s + 1e-9 < args.at_s {
             return ControlFlow::Continue(());
         }
         found = Some((record.clone(), image.to_vec()));
         ControlFlow::Break(())
     })
-    .map_err(|failure| Problem::new(Problem::CANNOT_GO_ON, failure.to_string()))?;
+    .map_err(|failure| cannot_go_on(&failure))?;
     let Some((record, image)) = found else {
+        if run.end == EndState::BrokenOff {
+            note("interrupted: nothing was written");
+            return Ok(INTERRUPTED);
+        }
         let message = format!("the run ends at {:.3} s ({}), before {} s", run.sim_time_s, run.end.word(), args.at_s);
         return Err(wrong(message).about("--at-s"));
     };
@@ -47,22 +66,22 @@ pub(crate) fn command(args: &RenderArgs) -> Result<u8, Problem> {
     let spread = run.key_frames.spread();
     let lines = spread.last().filter(|_| args.lines).map_or(&[][..], |key| &key.lines);
     let picture = if args.lines {
-        report::overlay_png(&image, camera.width_px, camera.height_px, lines)
+        picture::overlay_png(&image, camera.width_px, camera.height_px, lines)
     } else {
-        report::grey_png(&image, camera.width_px, camera.height_px)
+        picture::grey_png(&image, camera.width_px, camera.height_px)
     };
-    let picture = picture.map_err(|error| Problem::new(Problem::CANNOT_GO_ON, error.to_string()))?;
+    let picture = picture.map_err(|error| cannot_go_on(&error))?;
     let truth = truth(scenario, &record);
     let cannot = |path: &std::path::Path| {
         let path = path.display().to_string();
-        move |error: std::io::Error| Problem::new(Problem::WRONG_INPUT, format!("cannot be written: {error}")).about(path)
+        move |error: std::io::Error| Problem::new(Problem::CANNOT_GO_ON, format!("cannot be written: {error}")).about(path)
     };
     ductloop::output::write_whole(&args.out, &picture).map_err(cannot(&args.out))?;
     ductloop::output::write_whole(&truth_file, format!("{truth:#}\n").as_bytes()).map_err(cannot(&truth_file))?;
     if args.json {
-        print_json(&truth);
+        print_json(&truth)?;
     } else if !args.quiet {
-        println!("{} and {}", args.out.display(), truth_file.display());
+        print(&format!("{} and {}", args.out.display(), truth_file.display()))?;
     }
     Ok(0)
 }

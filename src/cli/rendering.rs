@@ -7,6 +7,7 @@ use ductloop_sensor::renderer::RenderError;
 
 use super::args::{RendererArgs, RendererChoice};
 use super::problem::Problem;
+use super::streams::note;
 
 /// What renders, opened.
 pub(crate) struct Rendering {
@@ -36,7 +37,7 @@ impl Rendering {
         if args.renderer == RendererChoice::Auto && !quiet {
             let adapter = gpu.adapter();
             let kind = if adapter.software { ", in software" } else { "" };
-            eprintln!("rendering with wgpu on {} ({}{kind})", adapter.name, adapter.backend);
+            note(&format!("rendering with wgpu on {} ({}{kind})", adapter.name, adapter.backend));
         }
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let threads = args.threads.map_or(cores, usize::from);

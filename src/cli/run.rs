@@ -2,22 +2,24 @@
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use ductloop::closed_loop::{RunFailure, run_with};
 use ductloop::output::junit::Case;
 use ductloop::output::{self, Manifest, RunFolder, Summary, folder_name};
-use ductloop::record::{EndState, RunRecord};
+use ductloop::record::{EndState, FrameRecord, KeyFrames, RunRecord};
+use ductloop::run_files::write_run;
 use ductloop::{Pilot, Scenario, Verdict};
 use serde_json::json;
 
-use super::args::RunArgs;
+use super::args::{Command, RunArgs};
 use super::inputs::{self, Input};
-use super::problem::{Problem, print_json};
+use super::problem::{Problem, Problems};
 use super::progress::Progress;
 use super::rendering::Rendering;
-use super::{INTERRUPTED, interrupt, verdict_table};
+use super::streams::{note, print, print_json};
+use super::{INTERRUPTED, destination, interrupt, verdict_table};
 
 /// A run that is ready to begin: its folder can be written.
 struct Planned {
@@ -30,11 +32,15 @@ struct Planned {
 struct Finished {
     planned: Planned,
     summary: Summary,
+    /// Its report, if its folder was written.
+    report: Option<PathBuf>,
 }
 
 /// How a run ended, for the command.
 enum Outcome {
-    Summary(Box<Summary>),
+    /// With figures, and with what kept its folder from being written, if anything did.
+    Over(Box<Summary>, Option<Problem>),
+    /// By Ctrl-C: nothing is kept.
     Interrupted,
 }
 
@@ -43,81 +49,68 @@ enum Outcome {
 /// # Errors
 /// What keeps any run from beginning.
 pub(crate) fn command(args: &RunArgs) -> Result<u8, Problem> {
-    let planned = plan(args)?;
-    let rendering = Rendering::open(args.rendering, args.quiet)?;
+    let inputs = inputs::read(&args.inputs, &args.overlay)?;
     interrupt::listen();
+    let planned = plan(args, inputs)?;
+    let rendering = Rendering::open(args.rendering, args.quiet)?;
     let count = planned.len();
     let mut finished = Vec::new();
-    let mut problem: Option<Problem> = None;
+    let mut problems = Problems::default();
     let mut interrupted = false;
     for (index, run) in planned.into_iter().enumerate() {
-        match execute(&run, index, count, args, &rendering) {
-            Ok(Outcome::Summary(summary)) => finished.push(Finished { planned: run, summary: *summary }),
-            Ok(Outcome::Interrupted) => interrupted = true,
-            Err(failure) => {
-                problem = Some(match problem {
-                    Some(before) => before.and(failure),
-                    None => failure,
-                });
-            }
-        }
-        if interrupted || interrupt::requested() {
-            interrupted = index + 1 < count || interrupted;
+        interrupted = interrupt::requested();
+        if interrupted {
             break;
+        }
+        match execute(&run, index, count, args, &rendering) {
+            Outcome::Over(summary, problem) => {
+                let report = problem.is_none().then(|| run.folder.path().join("report.html"));
+                finished.push(Finished { planned: run, summary: *summary, report });
+                problem.into_iter().for_each(|problem| problems.note(problem));
+            }
+            Outcome::Interrupted => {
+                interrupted = true;
+                break;
+            }
         }
     }
     let mut code = finished.iter().map(|run| run.summary.verdict.exit_code()).max().unwrap_or(0);
-    if let Some(path) = &args.junit {
-        let cases: Vec<Case<'_>> = finished
-            .iter()
-            .map(|run| {
-                let (scenario, summary) = (&run.planned.input.scenario, &run.summary);
-                let reasons = summary.reasons.iter().map(|r| output::words::reason(scenario, &summary.metrics, r)).collect();
-                Case { summary, name: &run.planned.name, reasons, report: Some(run.planned.folder.path()) }
-            })
-            .collect();
-        if let Err(error) = output::write_junit(path, &cases) {
-            let failure =
-                Problem::new(Problem::CANNOT_GO_ON, format!("cannot be written: {error}")).about(path.display().to_string());
-            problem = Some(match problem {
-                Some(before) => before.and(failure),
-                None => failure,
-            });
-        }
+    if let Err(problem) = write_junit(args, &finished) {
+        problems.note(problem);
     }
-    show(args, &finished);
+    if let Err(problem) = show(args, &finished) {
+        problems.note(problem);
+    }
+    let problem = problems.into_inner();
     if let Some(problem) = &problem {
-        code = code.max(problem.report(false));
+        code = code.max(problem.tell());
     }
     if args.json {
         let errors = problem.as_ref().map_or(Vec::new(), Problem::to_json);
-        print_json(&json!({"runs": finished.iter().map(|run| &run.summary).collect::<Vec<_>>(), "errors": errors}));
+        let runs: Vec<_> = finished.iter().map(|run| &run.summary).collect();
+        if let Err(lost) = print_json(&json!({Command::RUNS: runs, "errors": errors})) {
+            code = code.max(lost.tell());
+        }
     }
     if interrupted {
-        eprintln!("interrupted: {} of {count} runs are complete, nothing of the others was kept", finished.len());
+        note(&format!("interrupted: {} of {count} runs are complete, nothing of the others was kept", finished.len()));
         code = INTERRUPTED;
     }
     Ok(code)
 }
 
-/// Reads every scenario and makes sure that every folder can be written, before anything runs.
-fn plan(args: &RunArgs) -> Result<Vec<Planned>, Problem> {
-    let inputs = inputs::read(&args.inputs, &args.overlay)?;
-    let mut problem: Option<Problem> = None;
-    let mut note = |one: Problem| {
-        problem = Some(match problem.take() {
-            Some(before) => before.and(one),
-            None => one,
-        });
-    };
-    let mut names: BTreeMap<String, std::path::PathBuf> = BTreeMap::new();
+/// Makes sure that everything can be written, before anything runs.
+fn plan(args: &RunArgs, inputs: Vec<Input>) -> Result<Vec<Planned>, Problem> {
+    destination::folder("--out", &args.out)?;
+    let mut problems = Problems::default();
+    let mut names: BTreeMap<String, PathBuf> = BTreeMap::new();
     let mut planned = Vec::new();
     for input in inputs {
         let toml = input.scenario.to_toml();
         let name = folder_name(&input.scenario.name, input.changed, input.scenario.seed, &toml);
         if let Some(other) = names.insert(name.clone(), input.file.clone()) {
-            let message = format!("its runs' folder would be `{name}`, as that of {}", other.display());
-            note(
+            let message = format!("its run's folder would be `{name}`, as that of {}", other.display());
+            problems.note(
                 Problem::new(Problem::WRONG_INPUT, message)
                     .about(input.file.display().to_string())
                     .help("give one of the two another `name`"),
@@ -126,22 +119,35 @@ fn plan(args: &RunArgs) -> Result<Vec<Planned>, Problem> {
         }
         match RunFolder::prepare(&args.out, &name, &toml, args.force) {
             Ok(folder) => planned.push(Planned { input, name, folder }),
-            Err(error) => note(Problem::new(Problem::WRONG_INPUT, error.to_string())),
+            Err(error) => problems.note(Problem::new(Problem::WRONG_INPUT, error.to_string())),
         }
     }
-    if let Some(folder) = args.junit.as_deref().and_then(Path::parent).filter(|folder| folder.is_file()) {
-        note(Problem::new(Problem::WRONG_INPUT, "is a file, not a folder").about(folder.display().to_string()));
+    if let Some(path) = &args.junit
+        && let Err(problem) = junit_file(path)
+    {
+        problems.note(problem);
     }
-    problem.map_or(Ok(planned), Err)
+    problems.or(planned)
+}
+
+/// Makes sure that the JUnit file can be written. `--junit scenarios/*.toml`, where its name was forgotten, must not write over
+/// the first scenario.
+fn junit_file(path: &Path) -> Result<(), Problem> {
+    if path.extension().is_some_and(|ending| ending == "toml") {
+        let wrong = Problem::new(Problem::WRONG_INPUT, "a JUnit file is XML, and this is the name of a scenario file");
+        return Err(wrong.about(format!("--junit {}", path.display())).help("as in `--junit out/junit.xml`"));
+    }
+    destination::file("--junit", path)
 }
 
 /// One run from its first frame to its folder.
-fn execute(run: &Planned, index: usize, count: usize, args: &RunArgs, rendering: &Rendering) -> Result<Outcome, Problem> {
+fn execute(run: &Planned, index: usize, count: usize, args: &RunArgs, rendering: &Rendering) -> Outcome {
     let scenario = &run.input.scenario;
     let manifest = Manifest::now(scenario.seed, Rendering::WORD, Some(rendering.adapter()), rendering.threads);
     let progress = Progress::new(&run.name, index, count, distance_to_go_m(scenario), args.quiet);
     let started = Instant::now();
-    let limit = args.wall_limit_s.map(Duration::from_secs_f64);
+    // One beyond what a `Duration` holds is none.
+    let limit = args.wall_limit_s.and_then(|limit| Duration::try_from_secs_f64(limit).ok());
     let mut timed_out = false;
     let result = simulate(scenario, rendering, |record| {
         progress.frame(record, scenario.start.distance_m);
@@ -150,8 +156,11 @@ fn execute(run: &Planned, index: usize, count: usize, args: &RunArgs, rendering:
     });
     let wall_time_s = Some(started.elapsed().as_secs_f64());
     progress.done();
-    let (record, summary) = match result {
-        Ok(record) if record.end == EndState::BrokenOff && !timed_out => return Ok(Outcome::Interrupted),
+    let cannot_go_on = |error: &dyn std::fmt::Display| {
+        Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(run.input.file.display().to_string())
+    };
+    let (record, mut summary) = match result {
+        Ok(record) if record.end == EndState::BrokenOff && !timed_out => return Outcome::Interrupted,
         Ok(record) => {
             let summary = Summary::of(scenario, &record, Rendering::WORD, wall_time_s);
             let summary = match args.wall_limit_s {
@@ -168,22 +177,37 @@ fn execute(run: &Planned, index: usize, count: usize, args: &RunArgs, rendering:
         }
         Err(RunFailure { error, record: Some(record) }) => {
             let summary = Summary::of(scenario, &record, Rendering::WORD, wall_time_s);
-            let summary = summary.broken_off(Verdict::Error, error.to_string());
-            (*record, summary)
+            (*record, summary.broken_off(Verdict::Error, error.to_string()))
         }
         Err(RunFailure { error, record: None }) => {
-            return Err(Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(run.input.file.display().to_string()));
+            let summary = Summary::of(scenario, &never_begun(), Rendering::WORD, wall_time_s);
+            return Outcome::Over(Box::new(summary.broken_off(Verdict::Error, error.to_string())), Some(cannot_go_on(&error)));
         }
     };
-    output::write_run(&run.folder, scenario, &record, &summary, &manifest)
-        .map_err(|error| Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(run.name.clone()))?;
-    Ok(Outcome::Summary(Box::new(summary)))
+    let unwritten = write_run(&run.folder, scenario, &record, &summary, &manifest).err();
+    if let Some(error) = &unwritten {
+        summary = summary.broken_off(Verdict::Error, error.to_string());
+    }
+    Outcome::Over(Box::new(summary), unwritten.map(|error| cannot_go_on(&error)))
+}
+
+/// The record of a run that failed before its first frame.
+fn never_begun() -> RunRecord {
+    RunRecord {
+        frames: Vec::new(),
+        key_frames: KeyFrames::default(),
+        end: EndState::Failed,
+        sim_time_s: 0.0,
+        collisions: Default::default(),
+        distance_m: 0.0,
+        run_hash: 0,
+    }
 }
 
 fn simulate(
     scenario: &Scenario,
     rendering: &Rendering,
-    mut watch: impl FnMut(&ductloop::record::FrameRecord) -> ControlFlow<()>,
+    mut watch: impl FnMut(&FrameRecord) -> ControlFlow<()>,
 ) -> Result<RunRecord, RunFailure> {
     let mut renderer = ductloop::renderer(&rendering.gpu, scenario)?;
     run_with(scenario, Pilot::of(scenario), &mut renderer, rendering.pace, |record, _| watch(record))
@@ -193,19 +217,34 @@ fn distance_to_go_m(scenario: &Scenario) -> f64 {
     scenario.duct.network().map_or(0.0, |network| scenario.finish_m(&network) - scenario.start.distance_m)
 }
 
+/// Writes the JUnit file that was asked for, if one was.
+fn write_junit(args: &RunArgs, finished: &[Finished]) -> Result<(), Problem> {
+    let Some(path) = &args.junit else { return Ok(()) };
+    let case = |run| {
+        let Finished { planned, summary, report }: &Finished = run;
+        let scenario = &planned.input.scenario;
+        let reasons = summary.reasons.iter().map(|r| output::words::reason(scenario, &summary.metrics, r)).collect();
+        Case { summary, name: &planned.name, reasons, report: report.as_deref() }
+    };
+    output::write_junit(path, &finished.iter().map(case).collect::<Vec<_>>()).map_err(|error| {
+        Problem::new(Problem::CANNOT_GO_ON, format!("cannot be written: {error}")).about(format!("--junit {}", path.display()))
+    })
+}
+
 /// Tells people how it went: on standard output, or on standard error where a document goes to standard output.
-fn show(args: &RunArgs, finished: &[Finished]) {
+fn show(args: &RunArgs, finished: &[Finished]) -> Result<(), Problem> {
     if args.quiet || finished.is_empty() {
-        return;
+        return Ok(());
     }
     let rows: Vec<_> = finished.iter().map(|run| (&run.planned.input.scenario, &run.summary)).collect();
     let mut text = verdict_table::show(&rows);
-    for run in finished {
-        text += &format!("\n{}", run.planned.folder.path().join("report.html").display());
+    for report in finished.iter().filter_map(|run| run.report.as_ref()) {
+        text += &format!("\n{}", report.display());
     }
     if args.json {
-        eprintln!("{text}");
+        note(&text);
+        Ok(())
     } else {
-        println!("{text}");
+        print(&text)
     }
 }

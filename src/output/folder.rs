@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::whole_file::{beside, flush_folder, write_flushed};
+use super::whole_file::{beside, flush_folder, try_in, write_flushed};
 
 /// The file that makes a folder a run's folder.
 const SCENARIO: &str = "scenario.toml";
@@ -146,29 +146,24 @@ impl RunFolder {
         }
     }
 
-    /// Creates, writes and removes, where the run will: permissions alone do not tell (read-only disks, quotas).
+    /// Creates, writes and removes, where the run will.
     fn try_out(&self, out: &Path) -> Result<(), FolderError> {
-        let missing: Vec<&Path> = out.ancestors().take_while(|f| !f.as_os_str().is_empty() && !f.exists()).collect();
-        let tried = self.try_in(out);
-        // Removing takes only folders that are empty, and these did not exist before.
-        let _ = fs::remove_dir_all(&self.stage);
-        for folder in missing {
-            let _ = fs::remove_dir(folder);
-        }
-        tried
-    }
-
-    fn try_in(&self, out: &Path) -> Result<(), FolderError> {
-        system("create", out, fs::create_dir_all(out))?;
-        // An earlier process of the same number may have left one.
-        let _ = fs::remove_dir_all(&self.stage);
-        system("create", &self.stage, fs::create_dir(&self.stage))?;
-        let probes = [self.stage.join("probe"), self.path.join(".ductloop-probe")];
-        let count = if self.path.exists() { 2 } else { 1 };
-        for probe in &probes[..count] {
-            system("write", probe, write_flushed(probe, b"probe").and_then(|()| fs::remove_file(probe)))?;
-        }
-        Ok(())
+        try_in(
+            out,
+            |created| system("create", out, created),
+            || {
+                // An earlier process of the same number may have left one.
+                let _ = fs::remove_dir_all(&self.stage);
+                system("create", &self.stage, fs::create_dir(&self.stage))?;
+                let probes = [self.stage.join("probe"), self.path.join(".ductloop-probe")];
+                let count = if self.path.exists() { 2 } else { 1 };
+                let tried = probes[..count].iter().try_for_each(|probe| {
+                    system("write", probe, write_flushed(probe, b"probe").and_then(|()| fs::remove_file(probe)))
+                });
+                let _ = fs::remove_dir_all(&self.stage);
+                tried
+            },
+        )
     }
 }
 

@@ -3,8 +3,8 @@
 use ductloop_nav::rig::Camera;
 use image::ImageResult;
 
+use crate::picture::{grey_png, overlay_png};
 use crate::record::RunRecord;
-use crate::report::{grey_png, overlay_png};
 
 /// Names within the run's folder, and the files' bytes.
 ///

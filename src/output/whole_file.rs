@@ -27,6 +27,35 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     written
 }
 
+/// Creates what is missing of a folder, tries what is to be done in it, and takes away again what was created: permissions
+/// alone do not tell (read-only disks, quotas).
+pub(super) fn try_in<E>(
+    folder: &Path,
+    create: impl FnOnce(io::Result<()>) -> Result<(), E>,
+    attempt: impl FnOnce() -> Result<(), E>,
+) -> Result<(), E> {
+    let missing: Vec<&Path> = folder.ancestors().take_while(|f| !f.as_os_str().is_empty() && !f.exists()).collect();
+    let tried = create(fs::create_dir_all(folder)).and_then(|()| attempt());
+    for made in missing {
+        // Only what is empty goes, and it did not exist before.
+        let _ = fs::remove_dir(made);
+    }
+    tried
+}
+
+/// Makes sure that a file can be written, and leaves everything as it was.
+pub fn try_out(path: &Path) -> io::Result<()> {
+    if path.is_dir() {
+        return Err(io::ErrorKind::IsADirectory.into());
+    }
+    let aside = beside(path, "probe");
+    try_in(
+        path.parent().unwrap_or(Path::new("")),
+        |created| created,
+        || write_flushed(&aside, b"probe").and_then(|()| fs::remove_file(&aside)),
+    )
+}
+
 /// Writes a file and flushes it to disk.
 pub(super) fn write_flushed(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = File::create(path)?;

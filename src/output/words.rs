@@ -75,7 +75,8 @@ impl MetricWords {
         }
     }
 
-    fn with_unit(&self, number: &str) -> String {
+    /// A number as it was written, with the metric's unit.
+    pub fn with_unit(&self, number: &str) -> String {
         match self.unit {
             "" => number.to_owned(),
             // A degree sign stands close, other units do not.
@@ -134,27 +135,31 @@ impl Held {
         let Measured::Number(value) = measured else { return Self { bound: format!("{word} {bound_text}"), ..held } };
         let digits = telling_digits(value, bound);
         let margin = words.show(Measured::Number(sign * (bound - value)), 3);
-        let percent = sign * (bound - value) / bound.abs() * 100.0;
-        let percent = if bound == 0.0 { String::new() } else { format!(" ({} %)", number(percent, 2)) };
         let share = if sign > 0.0 { value / bound } else { bound / value };
+        let percent = sign * (bound - value) / bound.abs() * 100.0;
+        let relative = match percent {
+            // Percent of percent would not be understood.
+            _ if bound == 0.0 || words.unit == "%" => String::new(),
+            _ if share >= 3.0 && share.is_finite() && sign > 0.0 => format!(" ({} × the bound)", number(share, 2)),
+            percent => format!(" ({} %)", number(percent, 2)),
+        };
         Self {
             bound: format!("{word} {bound_text}"),
             value: words.show(measured, digits),
-            margin: format!("{margin}{percent}"),
+            margin: format!("{margin}{relative}"),
             share: Some(share).filter(|share| share.is_finite() && *share >= 0.0),
             ..held
         }
     }
 }
 
-/// A reason of the verdict as a sentence: `RMS lateral error was 7.3 mm; it may be at most 5 mm.`
+/// A reason of the verdict as a sentence: `RMS lateral error: 7.3 mm; it must be at most 5 mm.`
 pub fn reason(scenario: &Scenario, metrics: &Metrics, reason: &Reason) -> String {
     let when = reason.at_s.map_or(String::new(), |at_s| format!(", first at {} s", number(at_s, 4)));
     let criterion = scenario.pass.list.iter().find(|c| c.metric == reason.metric && !c.bound.holds(metrics.get(c.metric)));
     if let Some(criterion) = criterion {
         let Held { label, bound, value, .. } = Held::of(criterion, metrics);
-        let must = if matches!(criterion.bound, Bound::AtMost(_) | Bound::AtLeast(_)) { "it may be" } else { "it must be" };
-        return sentence(&format!("{label}: {value}{when}; {must} {bound}."));
+        return sentence(&format!("{label}: {value}{when}; it must be {bound}."));
     }
     let words = metric_words(&reason.metric);
     let (value, bound) = (shown(&words, &reason.value), shown(&words, &reason.bound));
@@ -194,5 +199,57 @@ mod tests {
         let digits = telling_digits(5.0004, 5.0);
         assert_eq!((number(5.0004, digits), number(5.0, digits)), ("5.0004".into(), "5".into()));
         assert_eq!(telling_digits(7.3, 5.0), 3);
+    }
+
+    #[test]
+    fn margins_are_those_of_a_person_with_a_ruler() {
+        let mut metrics = Metrics {
+            completed: true,
+            end_state: "finished",
+            distance_m: 4.0,
+            sim_time_s: 20.0,
+            wall_time_s: None,
+            real_time_factor: None,
+            lateral_rms_m: Some(0.004),
+            lateral_max_m: Some(0.05),
+            heading_rms_rad: None,
+            heading_max_rad: None,
+            lateral_estimate_rms_m: None,
+            heading_estimate_rms_rad: None,
+            estimates_valid: Some(0.9),
+            collisions: 2,
+            contact_speed_max_m_s: 0.0,
+            min_clearance_m: Some(0.02),
+            junctions_taken: 0,
+            control_effort: None,
+        };
+        let held = |metric, bound, metrics: &Metrics| {
+            let scale = crate::scenario::fields::Scale::Si;
+            let held = Held::of(&Criterion { key: "key", metric, unit: "", scale, bound }, metrics);
+            (held.bound, held.value, held.margin, held.kept)
+        };
+        let row = |bound: &str, value: &str, margin: &str, kept| (bound.to_owned(), value.to_owned(), margin.to_owned(), kept);
+        let nbsp = |text: &str| text.replace('_', "\u{a0}");
+        assert_eq!(
+            held("lateral_rms_m", Bound::AtMost(0.005), &metrics),
+            row(&nbsp("at most 5_mm"), &nbsp("4_mm"), &nbsp("1_mm (20 %)"), true)
+        );
+        assert_eq!(
+            held("lateral_max_m", Bound::AtMost(0.01), &metrics),
+            row(&nbsp("at most 10_mm"), &nbsp("50_mm"), &nbsp("-40_mm (5 × the bound)"), false)
+        );
+        assert_eq!(
+            held("min_clearance_m", Bound::AtLeast(0.03), &metrics),
+            row(&nbsp("at least 30_mm"), &nbsp("20_mm"), &nbsp("-10_mm (-33 %)"), false)
+        );
+        assert_eq!(
+            held("estimates_valid", Bound::AtLeast(0.8), &metrics),
+            row(&nbsp("at least 80_%"), &nbsp("90_%"), &nbsp("10_%"), true)
+        );
+        assert_eq!(held("collisions", Bound::AtMost(0.0), &metrics), row("at most 0", "2", "-2", false));
+        assert_eq!(held("completed", Bound::Is(true), &metrics), row("yes", "yes", "", true));
+        metrics.lateral_rms_m = None;
+        let unmeasured = held("lateral_rms_m", Bound::AtMost(0.005), &metrics);
+        assert_eq!(unmeasured, row(&nbsp("at most 5_mm"), "not measured", "", false));
     }
 }

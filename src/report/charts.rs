@@ -12,6 +12,19 @@ pub(super) struct Chart {
     pub(super) plot: Plot,
 }
 
+impl Chart {
+    fn new(title: &'static str, mut note: String, plot: Plot) -> Self {
+        let beyond = |(x, y): &(f64, Option<f64>)| {
+            (plot.x[0]..=plot.x[1]).contains(x) && y.is_some_and(|y| !(plot.y[0]..=plot.y[1]).contains(&y))
+        };
+        let count = plot.series.iter().flat_map(|series| &series.points).filter(|point| beyond(point)).count();
+        if count > 0 {
+            note += &format!(" {count} beyond the axis, drawn at its edge.");
+        }
+        Self { title, note, plot }
+    }
+}
+
 /// The charts of a run, in the order of the page.
 pub(super) fn all(scenario: &Scenario, run: &RunRecord) -> Vec<Chart> {
     let time = Time::of(scenario, run);
@@ -135,9 +148,10 @@ impl<'a> Time<'a> {
         let truth = |frame: &FrameRecord| (quantity.truth)(frame) * per_si;
         let estimate = |frame: &FrameRecord| (quantity.estimate)(frame).map(|value| value * per_si);
         let levels = self.levels(&[(quantity.metrics[0], "rms", "RMS bound"), (quantity.metrics[1], "bound", "bound")]);
+        // The truth on top: where the estimates are good they would hide it.
         let series = vec![
-            Series { label: "truth".to_owned(), class: "truth", style: Style::Line, points: self.points(|f| Some(truth(f))) },
             Series { label: "estimate".to_owned(), class: "estimate", style: Style::Dots, points: self.points(estimate) },
+            Series { label: "truth".to_owned(), class: "truth", style: Style::Line, points: self.points(|f| Some(truth(f))) },
         ];
         let seen = self.run.frames.iter().filter(|frame| estimate(frame).is_some()).count();
         let note = format!("Estimated in {seen} of {} frames.", self.run.frames.len());
@@ -149,33 +163,35 @@ impl<'a> Time<'a> {
         };
         let whole = range(&mut self.run.frames.iter());
         let close = range(&mut self.settled());
-        let mut charts =
-            vec![Chart { title: quantity.title, note, plot: self.plot(quantity.axis, whole, levels.clone(), series.clone()) }];
-        if self.settled().next().is_some() && whole[1] - whole[0] > 3.0 * (close[1] - close[0]) {
-            let note = "The same after settling; what lies beyond is drawn at the edge.".to_owned();
-            charts.push(Chart { title: quantity.close_up, note, plot: self.plot(quantity.axis, close, levels, series) });
+        let plot = self.plot(quantity.axis, whole, levels.clone(), series.clone());
+        let mut charts = vec![Chart::new(quantity.title, note, plot)];
+        let dwarfed = whole[1] - whole[0] > 3.0 * (close[1] - close[0]);
+        if let Some(from_s) = self.settled_s.filter(|from_s| dwarfed && *from_s < self.end_s) {
+            let plot = Plot { x: [from_s, self.end_s], ..self.plot(quantity.axis, close, levels, series) };
+            charts.push(Chart::new(quantity.close_up, "The same after settling.".to_owned(), plot));
         }
         charts
     }
 
     fn estimate_errors(&self, quantity: &Quantity) -> Chart {
-        let per_si = metric_words(quantity.metrics[2]).per_si;
-        let error = |frame: &FrameRecord| (quantity.estimate)(frame).map(|value| (value - (quantity.truth)(frame)) * per_si);
+        let words = metric_words(quantity.metrics[2]);
+        let error =
+            |frame: &FrameRecord| (quantity.estimate)(frame).map(|value| (value - (quantity.truth)(frame)) * words.per_si);
         let errors: Vec<f64> = self.settled().filter_map(error).collect();
         let note = if errors.is_empty() {
             "No estimate after settling.".to_owned()
         } else {
             let mean = errors.iter().sum::<f64>() / errors.len() as f64;
             let spread = (errors.iter().map(|e| (e - mean) * (e - mean)).sum::<f64>() / errors.len() as f64).sqrt();
-            let unit = metric_words(quantity.metrics[2]).unit;
-            format!("After settling: mean {} {unit}, standard deviation {} {unit}.", number(mean, 3), number(spread, 3))
+            let [mean, spread] = [mean, spread].map(|value| words.with_unit(&number(value, 3)));
+            format!("After settling: mean {mean}, standard deviation {spread}.")
         };
         let levels = self.levels(&[(quantity.metrics[2], "rms", "RMS bound")]);
         let all = self.run.frames.iter().filter_map(error).collect();
         let y = range(Vec::new(), all, &levels);
         let series =
             vec![Series { label: "error".to_owned(), class: "estimate", style: Style::Dots, points: self.points(error) }];
-        Chart { title: quantity.estimate_title, note, plot: self.plot(quantity.estimate_axis, y, levels, series) }
+        Chart::new(quantity.estimate_title, note, self.plot(quantity.estimate_axis, y, levels, series))
     }
 
     fn wheel_speeds(&self) -> Chart {
@@ -195,7 +211,7 @@ impl<'a> Time<'a> {
         let values = series.iter().flat_map(|s| s.points.iter().filter_map(|(_, y)| *y)).collect();
         let y = range(values, Vec::new(), &[]);
         let note = "Commands are drawn from when they act, one frame after the frame that they answer.".to_owned();
-        Chart { title: "Wheel speeds", note, plot: self.plot("wheel speed / rad/s", y, Vec::new(), series) }
+        Chart::new("Wheel speeds", note, self.plot("wheel speed / rad/s", y, Vec::new(), series))
     }
 
     fn speed(&self) -> Chart {
@@ -204,7 +220,7 @@ impl<'a> Time<'a> {
         let y = range(points.iter().filter_map(|(_, y)| *y).chain([0.0]).collect(), Vec::new(), &levels);
         let series = vec![Series { label: "truth".to_owned(), class: "truth", style: Style::Line, points }];
         let note = "Speed of the base along its own x axis.".to_owned();
-        Chart { title: "Speed", note, plot: Plot { height: 180.0, ..self.plot("speed / m/s", y, levels, series) } }
+        Chart::new("Speed", note, Plot { height: 180.0, ..self.plot("speed / m/s", y, levels, series) })
     }
 
     fn clearance(&self) -> Chart {
@@ -214,7 +230,7 @@ impl<'a> Time<'a> {
         let y = range(points.iter().filter_map(|(_, y)| *y).chain([0.0]).collect(), Vec::new(), &levels);
         let series = vec![Series { label: "truth".to_owned(), class: "truth", style: Style::Line, points }];
         let note = "Smallest distance of the robot's outline to a wall, the ceiling or a solid.".to_owned();
-        Chart { title: "Clearance", note, plot: Plot { height: 180.0, ..self.plot("clearance / mm", y, levels, series) } }
+        Chart::new("Clearance", note, Plot { height: 180.0, ..self.plot("clearance / mm", y, levels, series) })
     }
 }
 

@@ -7,9 +7,9 @@ use base64::engine::general_purpose::STANDARD;
 use minijinja::{Value, context};
 
 use super::ReportError;
-use super::picture::{LASER_COLOURS, UNASSIGNED, colour, grey_png};
 use crate::output::frames::state_word;
 use crate::output::words::number;
+use crate::picture::{LASER_COLOURS, UNASSIGNED, colour, grey_png};
 use crate::record::{FrameRecord, KeyFrame, RunRecord};
 use crate::scenario::Scenario;
 

@@ -4,14 +4,12 @@
 //! - `plan`: the robot's path on the plan of the duct, to scale; `unrolled`: the same along the centreline, widened;
 //! - `charts`: errors, estimates, wheel speeds and clearance over time, drawn by [`plot`] with the [`ticks`] of its axes;
 //! - `key_frames`: what the camera saw and what the navigator made of it;
-//! - `picture`: frames as PNG, plain and with lines drawn on them;
 //! - `thinning`: long series without the points that nobody sees.
 //!
 //! Colours are names in the page's style sheet, so that light, dark and printed pages each have their own.
 
 mod charts;
 mod key_frames;
-mod picture;
 mod plan;
 pub mod plot;
 mod robot_plan;
@@ -25,8 +23,6 @@ use minijinja::{Environment, Value, context};
 use crate::output::{Manifest, Summary};
 use crate::record::RunRecord;
 use crate::scenario::Scenario;
-
-pub use picture::{grey_png, overlay_png};
 
 /// Why a report could not be made.
 #[derive(Debug, thiserror::Error)]

@@ -187,10 +187,17 @@ fn draw_robots(out: &mut String, scale: &Scale, scenario: &Scenario, network: &N
             writeln!(out, r#"<path class="{part}" d="{}"/>"#, scale.path(corners, true))?;
         }
         let half_m = network.centreline.segment_at(frame.truth.distance_m).width_m / 2.0;
-        let beside = on_path(network, frame.truth.distance_m, half_m + 14.0 / scale.per_m);
+        let beside = on_path(network, frame.truth.distance_m, half_m + 13.0 / scale.per_m);
+        let outward = beside - on_path(network, frame.truth.distance_m, 0.0);
+        // Beside a wall that runs up the page the text must not reach back over it.
+        let anchor = match outward.x / outward.norm() {
+            right if right > 0.5 => "start",
+            left if left < -0.5 => "end",
+            _ => "middle",
+        };
         let [u, v] = scale.at(beside.x, beside.y);
         let label = number(frame.time_s, if i + 1 == shown.len() { 3 } else { 2 });
-        writeln!(out, r#"<text x="{u:.1}" y="{:.1}" text-anchor="middle">{label} s</text></g>"#, v + 4.0)?;
+        writeln!(out, r#"<text x="{u:.1}" y="{:.1}" text-anchor="{anchor}">{label} s</text></g>"#, v + 4.0)?;
     }
     Ok(())
 }

@@ -132,7 +132,9 @@ impl Plot {
             let (height, class) = (self.height - BOTTOM - TOP, band.class);
             // A fault of one frame must still be seen.
             let width = (to - from).max(1.5);
-            writeln!(out, r#"<rect class="band {class}" x="{from:.1}" y="{TOP}" width="{width:.1}" height="{height:.1}"/>"#)?;
+            let title = escaped(&band.label);
+            write!(out, r#"<rect class="band {class}" x="{from:.1}" y="{TOP}" width="{width:.1}" height="{height:.1}">"#)?;
+            writeln!(out, "<title>{title}</title></rect>")?;
         }
         Ok(())
     }

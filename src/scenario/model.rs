@@ -108,6 +108,8 @@ pub struct Control {
     /// Parameters of Koh and Cho's law. Its `speed_m_s` and `effective_track_m` do not count: [`Scenario::speed_m_s`] and the
     /// robot's own measures do.
     pub koh_cho: KohChoParams,
+    /// Bandwidth that the wheel controller's gains are chosen for, in rad/s.
+    pub wheel_bandwidth_rad_s: f64,
 }
 
 /// A path-tracking law.
@@ -122,6 +124,8 @@ pub enum Law {
 pub struct Navigation {
     /// The duct's width, the paper's `W_d`, in metres.
     pub width_m: f64,
+    /// Longest time without sight of a wall before the robot stops, in seconds.
+    pub coast_s: f64,
 }
 
 /// The duct: one cross-section, fittings joined one after the other.

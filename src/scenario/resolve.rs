@@ -180,8 +180,8 @@ fn blank() -> Scenario {
         exposure_s: 1e-3,
         optics: Optics::default(),
         perception: Perception { pipeline: Pipeline::Paper, paper: PaperParams::default() },
-        control: Control { law: Law::KohCho, koh_cho: KohChoParams::default() },
-        navigation: Navigation { width_m: 1.0 },
+        control: Control { law: Law::KohCho, koh_cho: KohChoParams::default(), wheel_bandwidth_rad_s: 0.0 },
+        navigation: Navigation { width_m: 1.0, coast_s: 0.0 },
         duct: Duct {
             width_m: 1.0,
             height_m: 1.0,

@@ -1,5 +1,7 @@
 //! A scenario as typed: the file with everything laid over it, before presets and defaults.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use super::diagnostic::{Diagnostic, Finding};
@@ -7,6 +9,10 @@ use super::overlay::{self, Overlays};
 use super::parse;
 use super::source::{Sources, Span};
 use super::tree::Table;
+
+/// The largest file that is read: a duct of a hundred thousand fittings fits, a device or an image named by mistake does not
+/// fill the memory.
+const LARGEST_BYTES: u64 = 8 << 20;
 
 /// What was typed, with its places, and what was wrong with the texts themselves.
 #[derive(Clone, Debug, Default)]
@@ -44,7 +50,11 @@ impl Typed {
     }
 
     fn lay_file(&mut self, label: String, path: &Path) {
-        match std::fs::read(path) {
+        match read(path) {
+            Ok(bytes) if bytes.len() as u64 > LARGEST_BYTES => {
+                let message = format!("larger than {} MiB, which no scenario is", LARGEST_BYTES >> 20);
+                self.unreadable.push(Diagnostic::of_file(label, message, "check the name of the file"));
+            }
             Err(error) => self.unreadable.push(unreadable(label, path, &error)),
             Ok(bytes) => match String::from_utf8(bytes) {
                 Ok(text) => self.lay_text(label, &text),
@@ -83,6 +93,13 @@ impl Typed {
         }
         span
     }
+}
+
+/// A file's bytes; one more than the bound shows that there are more.
+fn read(path: &Path) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(LARGEST_BYTES + 1).read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
 
 fn unreadable(label: String, path: &Path, error: &std::io::Error) -> Diagnostic {

@@ -26,4 +26,12 @@ pub(super) const FIELDS: &[Field] = &[
         .unit("m")
         .or(Default::Computed("duct.width_m"))
         .about("The duct's width as the navigator is told it, W_d."),
+    Field::number("navigation.coast_s", 0.0, 60.0, |s| &mut s.navigation.coast_s)
+        .unit("s")
+        .default("0.5")
+        .about("Longest time without sight of a wall before the robot stops."),
+    Field::number("control.wheel_bandwidth_rad_s", 1.0, 500.0, |s| &mut s.control.wheel_bandwidth_rad_s)
+        .unit("rad/s")
+        .default("60.0")
+        .about("Bandwidth that the wheel controller's gains are chosen for: both poles of its loop lie there."),
 ];

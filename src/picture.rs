@@ -6,11 +6,11 @@ use image::error::{ImageError, ParameterError, ParameterErrorKind};
 use image::{ExtendedColorType, ImageEncoder, ImageResult};
 
 /// Colours of the lasers in order, distinct for colour-blind eyes too (Okabe and Ito); of a line that no laser is taken for.
-pub(super) const LASER_COLOURS: [[u8; 3]; 4] = [[230, 159, 0], [86, 180, 233], [0, 200, 130], [204, 121, 167]];
-pub(super) const UNASSIGNED: [u8; 3] = [255, 80, 80];
+pub(crate) const LASER_COLOURS: [[u8; 3]; 4] = [[230, 159, 0], [86, 180, 233], [0, 200, 130], [204, 121, 167]];
+pub(crate) const UNASSIGNED: [u8; 3] = [255, 80, 80];
 
 /// The colour of a line: its laser's.
-pub(super) fn colour(line: &StripeLine) -> [u8; 3] {
+pub(crate) fn colour(line: &StripeLine) -> [u8; 3] {
     line.assigned.map_or(UNASSIGNED, |(laser, _)| LASER_COLOURS[laser % LASER_COLOURS.len()])
 }
 
@@ -34,7 +34,10 @@ pub fn overlay_png(image: &[u8], width: usize, height: usize, lines: &[StripeLin
     encode(&pixels, width, height, ExtendedColorType::Rgb8)
 }
 
-/// Draws a line one pixel wide: the stripe beneath stays to be seen.
+/// Length of a dash and of the gap after it, in pixels: between dashes the stripe stays to be seen.
+const DASH_PX: usize = 8;
+
+/// Draws a dashed line one pixel wide, with a square at each end.
 fn draw(pixels: &mut [u8], width: usize, line: &StripeLine) {
     let [[u0, v0], [u1, v1]] = line.ends_px;
     if ![u0, v0, u1, v1].iter().all(|x| x.is_finite()) {
@@ -53,7 +56,7 @@ fn draw(pixels: &mut [u8], width: usize, line: &StripeLine) {
     };
     // No image is longer than 8192 pixels a side; a line may be anything.
     let steps = (u1 - u0).abs().max((v1 - v0).abs()).ceil().clamp(1.0, 16_384.0) as usize;
-    for i in 0..=steps {
+    for i in (0..=steps).filter(|i| (i / DASH_PX).is_multiple_of(2)) {
         let along = i as f64 / steps as f64;
         set(u0 + along * (u1 - u0), v0 + along * (v1 - v0));
     }
@@ -97,8 +100,9 @@ mod tests {
         let png = overlay_png(&image, 32, 24, &lines).expect("the size fits");
         let seen = image::load_from_memory(&png).expect("a PNG").to_rgb8();
         assert_eq!(seen.dimensions(), (32, 24));
-        assert_eq!(seen.get_pixel(15, 10).0, LASER_COLOURS[1]);
-        assert_eq!(seen.get_pixel(15, 12).0, [40; 3]);
+        assert_eq!(seen.get_pixel(10, 10).0, LASER_COLOURS[1]);
+        assert_eq!(seen.get_pixel(14, 10).0, [40; 3], "a gap");
+        assert_eq!(seen.get_pixel(10, 12).0, [40; 3], "beside the line");
         assert!(overlay_png(&image, 31, 24, &[]).is_err());
         let plain = grey_png(&image, 32, 24).expect("the size fits");
         assert_eq!(image::load_from_memory(&plain).expect("a PNG").to_luma8().into_raw(), image);

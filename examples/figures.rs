@@ -1,0 +1,116 @@
+//! Repeats the figures that the documents quote, and writes them as JSON. `./figures.sh` calls it.
+//!
+//! ```text
+//! cargo run --release --example figures -- [--slice] --bench FILE --physics FILE --stripes FILE OUT.json
+//! ```
+//!
+//! `--bench` is what `ductloop bench --json` printed; the other two are the printed lines of the tests that measure physics and
+//! rendered stripes. `--slice` takes one seed a scenario instead of twenty.
+
+use std::error::Error;
+use std::path::Path;
+
+use ductloop::scenario::Overlays;
+use ductloop::{Metrics, Pilot, Scenario, Verdict};
+use serde_json::{Map, Value, json};
+
+/// The scenarios that figures are quoted of.
+const SCENARIOS: [&str; 5] = ["straight", "straight-offset", "straight-incra1", "straight-narrow", "straight-wide"];
+
+struct Arguments {
+    seeds: u64,
+    bench: Value,
+    physics: Vec<String>,
+    stripes: Vec<String>,
+    out: String,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments = read_arguments()?;
+    let mut tracking = Map::new();
+    for name in SCENARIOS {
+        tracking.insert(name.into(), over_seeds(name, &[], arguments.seeds)?);
+    }
+    // What the paper's own steps cost: Hough's bins as lines, the cross product as plane.
+    let own = ["perception.paper.line_fit=hough-peak", "perception.paper.plane_fit=cross-product"];
+    let mut papers_own_steps = Map::new();
+    for name in ["straight-offset", "straight-incra1"] {
+        papers_own_steps.insert(name.into(), over_seeds(name, &own, arguments.seeds)?);
+    }
+    let mut truth = Map::new();
+    truth.insert("straight-offset".into(), over_seeds("straight-offset", &["perception.pipeline=truth"], 1)?);
+    let mut speed = Map::new();
+    for metres_per_second in ["0.5", "0.8"] {
+        let setting = format!("robot.speed_m_s={metres_per_second}");
+        speed.insert(metres_per_second.into(), over_seeds("straight-offset", &[&setting], arguments.seeds)?);
+    }
+    let document = json!({
+        "seeds": arguments.seeds,
+        "bench": arguments.bench,
+        "tracking": tracking,
+        "papers_own_steps": papers_own_steps,
+        "steered_by_the_truth": truth,
+        "straight_offset_by_speed_m_s": speed,
+        "physics": arguments.physics,
+        "stripes": arguments.stripes,
+    });
+    std::fs::write(&arguments.out, format!("{document:#}\n"))?;
+    println!("{}", arguments.out);
+    Ok(())
+}
+
+fn read_arguments() -> Result<Arguments, Box<dyn Error>> {
+    let (mut seeds, mut bench, mut physics, mut stripes, mut out) = (20, Value::Null, Vec::new(), Vec::new(), None);
+    let mut rest = std::env::args().skip(1);
+    while let Some(argument) = rest.next() {
+        let mut text = || -> Result<String, Box<dyn Error>> {
+            let file = rest.next().ok_or("a file must follow")?;
+            Ok(std::fs::read_to_string(&file).map_err(|error| format!("{file}: {error}"))?)
+        };
+        match argument.as_str() {
+            "--slice" => seeds = 1,
+            "--bench" => bench = serde_json::from_str(&text()?)?,
+            "--physics" => physics = printed(&text()?, &["chi ", "drift "]),
+            "--stripes" => stripes = printed(&text()?, &["px RMS"]),
+            path => out = Some(path.to_owned()),
+        }
+    }
+    Ok(Arguments { seeds, bench, physics, stripes, out: out.ok_or("the name of the file to write is missing")? })
+}
+
+/// The lines that tests printed with one of `words` in them, without the name of the test that stands before the first.
+fn printed(text: &str, words: &[&str]) -> Vec<String> {
+    let told = text.lines().filter(|line| words.iter().any(|word| line.contains(word)));
+    told.map(|line| line.rsplit(" ... ").next().unwrap_or(line).to_owned()).collect()
+}
+
+/// Median and worst over seeds 1..=n of what the documents quote.
+fn over_seeds(name: &str, settings: &[&str], seeds: u64) -> Result<Value, Box<dyn Error>> {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name).with_extension("toml");
+    let mut runs = Vec::new();
+    let mut passed = 0;
+    for seed in 1..=seeds {
+        let set = settings.iter().map(ToString::to_string).chain([format!("seed={seed}")]).collect();
+        let scenario = Scenario::read(&file, &Overlays { set, ..Overlays::default() })?;
+        let outcome = ductloop::run(&scenario, Pilot::of(&scenario))?;
+        passed += u64::from(outcome.verdict == Verdict::Pass);
+        runs.push(outcome.metrics);
+        eprintln!("{name} {settings:?} seed {seed}: {}", outcome.verdict.word());
+    }
+    let spread = |value: fn(&Metrics) -> Option<f64>, scale: f64| {
+        let mut values: Vec<f64> = runs.iter().filter_map(value).map(|v| v * scale).collect();
+        values.sort_by(f64::total_cmp);
+        json!({"median": values.get(values.len() / 2), "worst": values.last()})
+    };
+    let degrees = 1.0_f64.to_degrees();
+    Ok(json!({
+        "passed": format!("{passed} of {seeds}"),
+        "lateral_rms_mm": spread(|m| m.lateral_rms_m, 1e3),
+        "lateral_max_mm": spread(|m| m.lateral_max_m, 1e3),
+        "heading_rms_deg": spread(|m| m.heading_rms_rad, degrees),
+        "lateral_estimate_rms_mm": spread(|m| m.lateral_estimate_rms_m, 1e3),
+        "heading_estimate_rms_deg": spread(|m| m.heading_estimate_rms_rad, degrees),
+        "invalid_share": spread(|m| m.estimates_valid.map(|valid| 1.0 - valid), 1.0),
+        "real_time_factor": spread(|m| m.real_time_factor, 1.0),
+    }))
+}

@@ -1,0 +1,19 @@
+//! The command as its users meet it: the built program, in a folder of its own, with real files and signals.
+#![cfg(feature = "cli")]
+
+#[path = "command_line/bad_input.rs"]
+mod bad_input;
+#[path = "command_line/folders.rs"]
+mod folders;
+#[path = "command_line/inputs.rs"]
+mod inputs;
+#[path = "command_line/interrupts.rs"]
+mod interrupts;
+#[path = "command_line/other_commands.rs"]
+mod other_commands;
+#[path = "command_line/same_seed.rs"]
+mod same_seed;
+#[path = "command_line/verdicts.rs"]
+mod verdicts;
+#[path = "command_line/workshop.rs"]
+mod workshop;

@@ -1,0 +1,124 @@
+//! What is wrong is said with its place and what would be right; the exit code is 2 and nothing is written.
+
+use serde_json::{Value, json};
+
+use super::workshop::{Ran, Workshop, keys, scenario};
+
+/// Neither of these is reached with a wrong input: there is no adapter.
+const NO_ADAPTER: [(&str, &str); 3] =
+    [("VK_DRIVER_FILES", "/nonexistent"), ("VK_ICD_FILENAMES", "/nonexistent"), ("WGPU_BACKEND", "noop")];
+
+/// A call that is refused before it needs an adapter, and leaves the folder as it was.
+#[track_caller]
+fn refused(workshop: &Workshop, args: &[&str]) -> Ran {
+    let visible = || workshop.names(".").into_iter().filter(|name| !name.starts_with(".streams")).collect::<Vec<_>>();
+    let before = visible();
+    let ran = workshop.run_with(&NO_ADAPTER, args).expect(2);
+    assert_eq!(visible(), before, "nothing is written");
+    ran
+}
+
+/// The one error of a refused call's document.
+#[track_caller]
+fn error(ran: &Ran) -> Value {
+    let document = ran.json();
+    let errors = document["errors"].as_array().expect("errors");
+    assert_eq!(errors.len(), 1, "{document}");
+    assert_eq!(keys(&errors[0]), ["file", "line", "column", "message", "help"]);
+    errors[0].clone()
+}
+
+#[test]
+fn an_error_in_a_file_has_its_place() {
+    let workshop = Workshop::new();
+    workshop.write("bad.toml", scenario("bad", 1.6).replace("height_m = 0.3", "height_m = -0.3"));
+    let ran = refused(&workshop, &["run", "bad.toml", "--json"]).saying(&["height_m = -0.3", "bad.toml:7:"]);
+    assert_eq!(keys(&ran.json()), ["runs", "errors"]);
+    assert_eq!(ran.json()["runs"], json!([]));
+    let error = error(&ran);
+    assert_eq!((&error["file"], &error["line"], &error["column"]), (&json!("bad.toml"), &json!(7), &json!(12)));
+    assert!(error["message"].as_str().expect("words").contains("height_m"), "{error}");
+}
+
+/// One wrong file keeps the others from running, and every error of every file is told.
+#[test]
+fn every_file_is_checked_before_the_first_run() {
+    let workshop = Workshop::new();
+    workshop.write("two.toml", scenario("two", 1.6).replace("width_m", "widht_m").replace("collisions", "collision"));
+    workshop.write("empty.toml", "");
+    workshop.write("latin1.toml", b"name = \"\xe9\"".as_slice());
+    let ran = refused(&workshop, &["run", "short.toml", "two.toml", "empty.toml", "latin1.toml", "missing.toml", "--json"]);
+    let document = ran.json();
+    let told = |file: &str| document["errors"].as_array().expect("errors").iter().filter(|error| error["file"] == file).count();
+    assert_eq!(["two.toml", "empty.toml", "latin1.toml", "missing.toml"].map(told), [2, 1, 1, 1], "{document:#}");
+}
+
+#[test]
+fn arguments_are_named() {
+    let workshop = Workshop::new();
+    let said = |args: &[&str]| {
+        let args: Vec<_> = ["run", "short.toml", "--json"].iter().chain(args).copied().collect();
+        error(&refused(&workshop, &args))
+    };
+    let robust = said(&["--perception", "robust"]);
+    assert_eq!(robust["file"], "--perception robust");
+    assert!(robust["message"].as_str().expect("words").contains("not in this version"), "{robust}");
+    assert!(robust["help"].as_str().expect("words").contains("\"paper\", \"truth\""), "{robust}");
+
+    let cpu = said(&["--renderer", "cpu"]);
+    assert_eq!((&cpu["file"], &cpu["message"]), (&json!("--renderer cpu"), &json!("this version has no CPU renderer")));
+    assert!(cpu["help"].as_str().expect("words").contains("--renderer wgpu"), "{cpu}");
+
+    let set = said(&["--set", "duct.run[3].straight_m=1"]);
+    assert_eq!((&set["file"], &set["line"], &set["column"]), (&json!("--set duct.run[3].straight_m=1"), &json!(1), &json!(9)));
+    assert!(set["help"].as_str().expect("words").contains("there is one"), "{set}");
+
+    assert_eq!(said(&["--with", "missing.toml"])["file"], "--with missing.toml");
+}
+
+#[test]
+fn a_command_line_that_is_not_understood_exits_2() {
+    let workshop = Workshop::new();
+    let cases: &[(&[&str], &str)] = &[
+        (&["run"], "<FILE|DIR|NAME>"),
+        (&["fly"], "fly"),
+        (&["run", "short.toml", "--speed"], "--speed"),
+        (&["run", "short.toml", "--seed", "-1"], "a whole number from 0"),
+        (&["run", "short.toml", "--seed", "9223372036854775808"], "a whole number from 0 to 9223372036854775807"),
+        (&["run", "short.toml", "--wall-limit-s", "0"], "above zero"),
+        (&["run", "short.toml", "--wall-limit-s", "-3"], "above zero"),
+        (&["run", "short.toml", "--threads", "0"], "--threads"),
+        (&["run", "short.toml", "--renderer", "opengl"], "opengl"),
+        (&["render", "short.toml"], "--at-s"),
+        (&["render", "short.toml", "--at-s", "-1"], "zero or more"),
+        (&["render", "short.toml", "--at-s", "nan"], "zero or more"),
+        (&["bench", "--frames", "1"], "--frames"),
+        (&["schema", "extra"], "extra"),
+    ];
+    for (args, word) in cases {
+        refused(&workshop, args).saying(&[word]);
+    }
+}
+
+/// Who asked for a document gets one, whatever went wrong.
+#[test]
+fn a_command_line_that_is_not_understood_gives_a_document_too() {
+    let workshop = Workshop::new();
+    let ran = refused(&workshop, &["run", "short.toml", "--json", "--seed", "many"]).saying(&["--seed"]);
+    assert_eq!(keys(&ran.json()), ["runs", "errors"]);
+    assert!(error(&ran)["message"].as_str().expect("words").contains("'many' for '--seed <N>'"), "{}", ran.stdout);
+    assert_eq!(keys(&refused(&workshop, &["check", "--json"]).json()), ["scenarios", "errors"]);
+    // After `--` it is the name of a file.
+    let ran = refused(&workshop, &["run", "--", "--json"]);
+    assert_eq!(ran.stdout, "");
+}
+
+#[test]
+fn help_and_version_are_no_errors() {
+    let workshop = Workshop::new();
+    let help = workshop.run(&["--help"]).expect(0);
+    for word in ["run", "render", "check", "schema", "bench", "Exit codes"] {
+        assert!(help.stdout.contains(word), "{}", help.stdout);
+    }
+    assert_eq!(workshop.run(&["--version"]).expect(0).stdout, format!("ductloop {}\n", env!("CARGO_PKG_VERSION")));
+}
