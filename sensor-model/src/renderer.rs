@@ -71,6 +71,16 @@ pub enum RenderError {
         /// Bytes given.
         given: usize,
     },
+    /// The image has more pixels than the device's buffers hold.
+    #[error("an image of {width_px} x {height_px} pixels is more than this device can render ({limit_mpx} megapixels)")]
+    TooManyPixels {
+        /// Columns.
+        width_px: usize,
+        /// Rows.
+        height_px: usize,
+        /// Millions of pixels it can have.
+        limit_mpx: u64,
+    },
     /// The image is larger than the device's textures may be.
     #[error("an image of {width_px} x {height_px} pixels is larger than this device can render ({limit_px} a side)")]
     ImageTooLarge {

@@ -79,6 +79,11 @@ impl WgpuRenderer {
         }
         let stride = width_px.div_ceil(4);
         let image_bytes = (stride * 4 * height_px) as u64;
+        // The largest buffer holds a gain of four bytes for each pixel.
+        let limit_mpx = device.limits().max_storage_buffer_binding_size / 4 / 1_000_000;
+        if image_bytes > limit_mpx * 1_000_000 {
+            return Err(RenderError::TooManyPixels { width_px, height_px, limit_mpx });
+        }
 
         let target = |label, format, usage| {
             device

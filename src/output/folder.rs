@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::whole_file::{beside, flush_folder, try_in, write_flushed};
+use super::whole_file::{beginning, beside, flush_folder, try_in, write_flushed};
 
 /// The file that makes a folder a run's folder.
 const SCENARIO: &str = "scenario.toml";
@@ -85,6 +85,7 @@ impl RunFolder {
         }
         let path = out.join(name);
         let folder = Self { stage: beside(&path, "tmp"), path, scenario_toml: scenario_toml.to_owned(), force };
+        folder.clear_up_after_the_dead(out);
         folder.check_replaceable()?;
         folder.try_out(out)?;
         Ok(folder)
@@ -146,6 +147,30 @@ impl RunFolder {
         }
     }
 
+    /// Removes what processes that were killed have left beside the folder. One that was killed between the two renames of
+    /// [`Self::publish`] has left the earlier run under another name: it gets its own back.
+    ///
+    /// Which processes live is read from `/proc`; where there is none, everything is left alone.
+    fn clear_up_after_the_dead(&self, out: &Path) {
+        let alive = |process: &str| Path::new("/proc").join(process).exists();
+        let Ok(entries) = fs::read_dir(out) else { return };
+        if !alive("self") {
+            return;
+        }
+        let [tmp, old] = ["tmp", "old"].map(|what| beginning(&self.path, what));
+        for entry in entries.flatten() {
+            let name = entry.file_name();
+            let Some(name) = name.to_str() else { continue };
+            let dead =
+                |of: &String| name.strip_prefix(of).is_some_and(|process| process.parse::<u32>().is_ok() && !alive(process));
+            if dead(&old) && !self.path.exists() {
+                let _ = fs::rename(entry.path(), &self.path);
+            } else if dead(&tmp) || dead(&old) {
+                let _ = fs::remove_dir_all(entry.path());
+            }
+        }
+    }
+
     /// Creates, writes and removes, where the run will.
     fn try_out(&self, out: &Path) -> Result<(), FolderError> {
         try_in(
@@ -177,6 +202,31 @@ impl Drop for RunFolder {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// No process has this number: Linux stops at 2^22.
+    const DEAD: &str = "4294967295";
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn what_the_dead_have_left_is_cleared_up_and_what_they_moved_away_comes_back() {
+        let out = tempfile::tempdir().expect("a folder");
+        let at = |name: String| out.path().join(name);
+        let leave = |name: String| {
+            fs::create_dir(at(name.clone())).expect("a folder");
+            fs::write(at(name).join(SCENARIO), "a").expect("a file");
+        };
+        leave(format!(".straight.tmp-{DEAD}"));
+        leave(format!(".straight.old-{DEAD}"));
+        leave(format!(".straight.tmp-{}", std::process::id() + 1_000_000_000));
+        leave(format!(".other.tmp-{DEAD}"));
+        leave(".straight.tmp-1".into());
+        RunFolder::prepare(out.path(), "straight", "a", false).expect("its own run");
+        let mut left: Vec<_> = fs::read_dir(out.path()).expect("it").flatten().map(|e| e.file_name()).collect();
+        left.sort();
+        // The first process lives; of other runs nothing is touched.
+        assert_eq!(left, [".other.tmp-4294967295", ".straight.tmp-1", "straight"]);
+        assert_eq!(fs::read_to_string(at("straight".into()).join(SCENARIO)).expect("it came back"), "a");
+    }
 
     #[test]
     fn a_changed_scenario_gets_a_name_of_its_own() {

@@ -1,16 +1,17 @@
 //! Files that appear whole or not at all.
 
-use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// A name beside `path` for what is not finished yet: hidden, and of this process only.
 pub(super) fn beside(path: &Path, what: &str) -> PathBuf {
-    let mut name = OsString::from(".");
-    name.push(path.file_name().unwrap_or_default());
-    name.push(format!(".{what}-{}", std::process::id()));
-    path.with_file_name(name)
+    path.with_file_name(format!("{}{}", beginning(path, what), std::process::id()))
+}
+
+/// What such a name begins with; the number of the process follows.
+pub(super) fn beginning(path: &Path, what: &str) -> String {
+    format!(".{}.{what}-", path.file_name().unwrap_or_default().to_string_lossy())
 }
 
 /// Writes a file aside, flushes it to disk and renames it. Folders above it are made.

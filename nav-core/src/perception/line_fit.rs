@@ -66,6 +66,25 @@ pub fn claim(points: &[StripePoint], line: &ScanLine, tolerance_px: f64, index: 
     }
 }
 
+/// Frees the points of line `index` beside which another line runs within `reach_px`: where stripes cross, the light of one
+/// moves the centres of the other.
+///
+/// The other line counts where its own points are, and `reach_px` beyond.
+pub fn free_crowded(points: &[StripePoint], lines: &[ScanLine], index: u8, reach_px: f64, line_of: &mut [u8]) {
+    let own = lines[usize::from(index)];
+    let others = || lines.iter().enumerate().filter(|(i, _)| *i != usize::from(index)).map(|(_, line)| line);
+    for (point, owner) in points.iter().zip(line_of).filter(|(_, owner)| **owner == index) {
+        let x = point.x_px;
+        let crowded = others().any(|other| {
+            let [first, last] = other.extent_px;
+            (first - reach_px..=last + reach_px).contains(&x) && (other.at(x) - own.at(x)).abs() < reach_px
+        });
+        if crowded {
+            *owner = FREE;
+        }
+    }
+}
+
 /// A point that belongs to no line.
 pub const FREE: u8 = u8::MAX;
 

@@ -125,6 +125,8 @@ pub struct PaperPerception {
     starts: Vec<u32>,
     points: Vec<StripePoint>,
     line_of: Vec<u8>,
+    /// Room to work in: `line_of` without the points beside another line.
+    crowded: Vec<u8>,
     lines: Vec<ScanLine>,
     proposals: Vec<Proposal>,
     seen: Vec<StripeLine>,
@@ -159,6 +161,7 @@ impl PaperPerception {
             starts: Vec::new(),
             points: Vec::new(),
             line_of: Vec::new(),
+            crowded: Vec::new(),
             lines: Vec::with_capacity(MAX_LINES),
             proposals: Vec::with_capacity(MAX_LINES * rig.lasers.len()),
             seen: Vec::with_capacity(MAX_LINES),
@@ -218,6 +221,24 @@ impl PaperPerception {
             let (points, hough) = (&self.points, &mut self.hough);
             points.iter().zip(&self.line_of).filter(|(_, owner)| **owner == index).for_each(|(p, _)| hough.withdraw(p));
             self.lines.push(line);
+        }
+        if self.params.line_fit == LineFit::LeastSquares {
+            self.refit_uncrowded();
+        }
+    }
+
+    /// Refits each line without the points that another line's light has moved, where enough remain.
+    fn refit_uncrowded(&mut self) {
+        // A centre is measured over the thickness of a stripe and as much on either side; so is the other stripe's light.
+        let reach_px = 2.0 * self.gap_px as f64;
+        for index in 0..self.lines.len() as u8 {
+            self.crowded.clone_from(&self.line_of);
+            line_fit::free_crowded(&self.points, &self.lines, index, reach_px, &mut self.crowded);
+            let refitted = line_fit::fit(&self.points, &self.crowded, index, Centre::Light);
+            if let Some(line) = refitted.filter(|line| line.points >= self.params.min_points) {
+                std::mem::swap(&mut self.line_of, &mut self.crowded);
+                self.lines[usize::from(index)] = line;
+            }
         }
     }
 
