@@ -9,10 +9,10 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int64Type, UInt32Type, UInt64Type};
 use arrow_array::{Array, RecordBatch};
 use ductloop::output::folder::{FolderError, RunFolder, folder_name};
-use ductloop::output::junit::{Case, junit, try_junit, write_junit};
+use ductloop::output::junit::{Case, junit, write_junit};
 use ductloop::output::manifest::{AdapterInfo, Manifest};
 use ductloop::output::summary::Summary;
-use ductloop::output::{frames, words};
+use ductloop::output::{frames, try_whole, words};
 use ductloop::record::{EndState, FrameRecord, KeyFrames, RunRecord};
 use ductloop::run_files::write_run;
 use ductloop::{Command, Counts, Measurement, MountAngles, Scenario, Sides, Verdict, report};
@@ -374,10 +374,10 @@ fn junit_tells_failure_error_and_limit_apart() {
     let path = out.path().join("deep/junit.xml");
     write_junit(&path, &cases).expect("a file");
     assert_eq!(fs::read_to_string(&path).expect("a file"), text);
-    try_junit(&path).expect("a file that may be replaced");
-    try_junit(&out.path().join("new/junit.xml")).expect("a folder that can be made");
+    try_whole(&path).expect("a file that may be replaced");
+    try_whole(&out.path().join("new/junit.xml")).expect("a folder that can be made");
     for path in ["deep", "deep/junit.xml/x.xml"] {
-        try_junit(&out.path().join(path)).expect_err("a folder, and a file beneath a file");
+        try_whole(&out.path().join(path)).expect_err("a folder, and a file beneath a file");
     }
     assert!(!out.path().join("new").exists());
     assert_eq!(files_below(out.path()), BTreeSet::from(["deep/junit.xml".into()]));

@@ -47,14 +47,6 @@ pub fn write_junit(path: &Path, cases: &[Case<'_>]) -> io::Result<()> {
     whole_file::write(path, junit(cases).map_err(io::Error::other)?.as_bytes())
 }
 
-/// Makes sure, before anything runs, that the document can be written; leaves everything as it was.
-///
-/// # Errors
-/// When the system refuses.
-pub fn try_junit(path: &Path) -> io::Result<()> {
-    whole_file::try_out(path)
-}
-
 fn time(summary: &Summary) -> Option<Duration> {
     summary.metrics.wall_time_s.and_then(|time_s| Duration::try_from_secs_f64(time_s).ok())
 }

@@ -20,7 +20,7 @@ mod whole_file;
 pub mod words;
 
 pub use folder::{FolderError, RunFolder, folder_name};
-pub use junit::{try_junit, write_junit};
+pub use junit::write_junit;
 pub use manifest::Manifest;
 pub use summary::Summary;
 pub use whole_file::{try_out as try_whole, write as write_whole};
