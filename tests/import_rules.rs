@@ -5,15 +5,18 @@ use std::path::Path;
 
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, PackageId};
 
-/// Everything that nalgebra, libm and thiserror stand on. Mathematics, macros that run at build time, and nothing else.
+/// Everything that nalgebra, libm and thiserror stand on, with the features that any member of the workspace asks of them:
+/// mathematics, macros that run at build time, and nothing else.
 const MATHEMATICS: &[&str] = &[
     "approx",
     "autocfg",
     "bytemuck",
+    "bytemuck_derive",
     "glam",
     "libm",
     "matrixmultiply",
     "nalgebra",
+    "nalgebra-macros",
     "num-bigint",
     "num-complex",
     "num-integer",
