@@ -15,8 +15,8 @@ pub struct DriveModel {
     pub effective_track_m: f64,
     /// Encoder counts for one turn of a wheel.
     pub counts_per_wheel_turn: f64,
-    /// Time constant with which wheels follow their commanded speed, in seconds.
-    pub lag_s: f64,
+    /// Bandwidth w of the wheels' speed loop, in rad/s (see [`crate::wheel_controller::WheelGains::from_bandwidth`]).
+    pub wheel_bandwidth_rad_s: f64,
 }
 
 impl DriveModel {
@@ -43,10 +43,13 @@ impl DriveModel {
         Sides { left: (now.left - before.left) as f64 * scale, right: (now.right - before.right) as f64 * scale }
     }
 
-    /// Mean wheel speeds over the next `period_s`, when wheels that turn at `now` follow the command `to` with the lag.
+    /// Mean wheel speeds over the next `period_s`, when wheels that turn steadily at `now` are commanded to turn at `to`.
+    ///
+    /// With the back-EMF fed forward the speed loop answers a step as (2 w s + w^2) / (s + w)^2, that is 1 + (w t - 1) exp(-w t);
+    /// what is missing of the step, in the mean over the time T, is exp(-w T).
     pub fn approach(&self, now: Sides, to: Sides, period_s: f64) -> Sides {
-        let remaining = if self.lag_s > 0.0 { self.lag_s / period_s * (1.0 - libm::exp(-period_s / self.lag_s)) } else { 0.0 };
-        Sides { left: to.left + (now.left - to.left) * remaining, right: to.right + (now.right - to.right) * remaining }
+        let missing = libm::exp(-self.wheel_bandwidth_rad_s * period_s);
+        Sides { left: to.left + (now.left - to.left) * missing, right: to.right + (now.right - to.right) * missing }
     }
 }
 
@@ -69,8 +72,12 @@ fn sinc(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    const DRIVE: DriveModel =
-        DriveModel { wheel_radius_m: 0.04, effective_track_m: 0.325, counts_per_wheel_turn: 66_000.0, lag_s: 0.03 };
+    const DRIVE: DriveModel = DriveModel {
+        wheel_radius_m: 0.04,
+        effective_track_m: 0.325,
+        counts_per_wheel_turn: 66_000.0,
+        wheel_bandwidth_rad_s: 60.0,
+    };
 
     #[test]
     fn wheels_and_twist_are_inverse() {
@@ -80,17 +87,19 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_of_a_lagging_wheel_is_that_of_its_exponential() {
+    fn the_mean_of_a_step_is_that_of_the_loops_closed_form() {
         let (now, to, period) = (Sides { left: 2.0, right: 8.0 }, Sides { left: 5.0, right: 5.0 }, 1.0 / 30.0);
         let mean = DRIVE.approach(now, to, period);
-        // Midpoint rule over the closed form, fine enough for six digits.
+        // Midpoint rule, fine enough for six digits.
         let steps = 10_000;
         let sampled = |from: f64, to: f64| {
-            let at = |i: i32| to + (from - to) * libm::exp(-(f64::from(i) + 0.5) / f64::from(steps) * period / DRIVE.lag_s);
+            let at = |i: i32| {
+                let x = (f64::from(i) + 0.5) / f64::from(steps) * period * DRIVE.wheel_bandwidth_rad_s;
+                from + (to - from) * (1.0 + (x - 1.0) * libm::exp(-x))
+            };
             (0..steps).map(at).sum::<f64>() / f64::from(steps)
         };
         assert!((mean.left - sampled(2.0, 5.0)).abs() < 1e-6 && (mean.right - sampled(8.0, 5.0)).abs() < 1e-6, "{mean:?}");
-        assert_eq!(DriveModel { lag_s: 0.0, ..DRIVE }.approach(now, to, period), to);
     }
 
     #[test]

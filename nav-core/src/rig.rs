@@ -65,6 +65,9 @@ pub struct Laser {
 }
 
 /// How thick the slits' light is: full width at half maximum `width_m + growth_rad * distance`, distance from the source.
+///
+/// A Gaussian beam's width grows as w0 sqrt(1 + (z/zR)^2); over the metre or two that count here a straight line is near enough
+/// to one focused at the source, and it is what the rigs' numbers were chosen with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineWidth {
     /// Full width at half maximum at the source, in metres.
@@ -169,8 +172,7 @@ impl Rig {
         Ok(())
     }
 
-    /// This rig as it truly is when it was bolted together badly: the mount's pan and tilt misread, and one laser's plane
-    /// turned about the axis of its own that is nearest to the camera's x.
+    /// This rig as it truly is when its mount points elsewhere than it reports, by these angles.
     pub fn with_mount_error(mut self, pan_rad: f64, tilt_rad: f64, roll_rad: f64) -> Self {
         self.mount.rest.pan_rad += pan_rad;
         self.mount.rest.tilt_rad += tilt_rad;

@@ -119,6 +119,26 @@ mod tests {
     }
 
     #[test]
+    fn a_step_without_load_overshoots_as_its_closed_form_says() {
+        let (speeds, _) = run(0.0, 7.5, 200);
+        let peak = speeds.iter().copied().fold(0.0, f64::max) / 7.5;
+        // 1 + (w t - 1) exp(-w t) has its peak at 1 + exp(-2) = 1.135; sampling at 200 Hz, three ticks to 1/w, adds as much again.
+        assert!((1.12..1.30).contains(&peak), "{peak}");
+    }
+
+    /// Saturated by a step up, the integral may still run down: a step back down is not held up by it.
+    #[test]
+    fn while_saturated_the_integral_moves_only_away_from_the_limit() {
+        let gains = WheelGains { proportional_s_rad: 0.0, integral_1_rad: 1.0, feed_forward_s_rad: 1.0 };
+        // Feed-forward alone saturates; the wheel turns faster than asked, so the integral must run down all the same.
+        let mut integral = 0.5;
+        let duty = side(&gains, 0.1, 2.0, 3.0, &mut integral);
+        assert_eq!((duty, integral), (1.0, 0.4));
+        let duty = side(&gains, 0.1, 2.0, 1.0, &mut integral);
+        assert_eq!((duty, integral), (1.0, 0.4));
+    }
+
+    #[test]
     fn a_target_out_of_reach_does_not_wind_the_integral_up() {
         let gains = WheelGains::from_bandwidth(60.0, 31.2, 0.02);
         let mut controller = WheelController::new(gains, 0.005, COUNTS);

@@ -33,7 +33,7 @@ impl ControlLaw for Noted {
 }
 
 const DRIVE: DriveModel =
-    DriveModel { wheel_radius_m: 0.04, effective_track_m: 0.325, counts_per_wheel_turn: 66_000.0, lag_s: 0.0 };
+    DriveModel { wheel_radius_m: 0.04, effective_track_m: 0.325, counts_per_wheel_turn: 66_000.0, wheel_bandwidth_rad_s: 1e4 };
 /// Counts in a frame period at 0.3 m/s.
 const COUNTS_A_FRAME: f64 = 0.3 / 0.04 / std::f64::consts::TAU * 66_000.0 / 30.0;
 

@@ -17,7 +17,12 @@ fn no_allocation_after_the_first_frames() {
     let poses = [0.0, 0.01, 0.02, -0.02].map(|lateral_m| Pose { lateral_m, heading_rad: 0.02, width_m: 0.5 });
     let mut images = poses.map(|pose| image(&rig, &pose, [true; 2])).to_vec();
     images.push(vec![8; 640 * 480]);
-    let drive = DriveModel { wheel_radius_m: 0.04, effective_track_m: 0.325, counts_per_wheel_turn: 66_000.0, lag_s: 0.03 };
+    let drive = DriveModel {
+        wheel_radius_m: 0.04,
+        effective_track_m: 0.325,
+        counts_per_wheel_turn: 66_000.0,
+        wheel_bandwidth_rad_s: 60.0,
+    };
     let params = NavigatorParams { ticks_per_s: 1200.0, ticks_per_frame: 40, drive, coast_s: 0.5, mount: MountAngles::default() };
     let perception = PaperPerception::new(rig.clone(), PaperParams::default());
     let mut navigator = DuctNavigator::new(params, perception, KohCho::new(KohChoParams::default()));

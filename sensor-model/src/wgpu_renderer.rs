@@ -1,12 +1,9 @@
 //! The renderer on wgpu: one submission a frame, then the packed image is read back.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use ductloop_duct::network::Network;
 use ductloop_nav::rig::Rig;
 
-use crate::gpu::Gpu;
+use crate::gpu::{FRAME_TIMEOUT, Gpu};
 use crate::gpu_buffers::{CameraBlock, CcdBlock, FrameBuffer, LaserBlock, create, light_size_px};
 use crate::gpu_scene::Scene;
 use crate::light::FAN_MAX_DEG;
@@ -222,12 +219,17 @@ impl WgpuRenderer {
 
     /// Waits for the submission and copies its image out.
     fn read(&self, submission: wgpu::SubmissionIndex, image: &mut [u8]) -> Result<(), RenderError> {
-        let mapped = Arc::new(AtomicBool::new(false));
-        let done = Arc::clone(&mapped);
-        self.read_back.map_async(wgpu::MapMode::Read, .., move |result| done.store(result.is_ok(), Ordering::Release));
+        let (tell, told) = std::sync::mpsc::sync_channel(1);
+        self.read_back.map_async(wgpu::MapMode::Read, .., move |result| {
+            // Nobody listens any more only if the wait below has given up.
+            let _ = tell.send(result);
+        });
         self.gpu.wait(submission)?;
-        if !mapped.load(Ordering::Acquire) {
-            return Err(RenderError::Device("the image could not be mapped for reading".to_owned()));
+        // Another thread that waits on this device may be the one that carries the news, and be a moment late.
+        match told.recv_timeout(FRAME_TIMEOUT) {
+            Ok(Ok(())) => {}
+            Ok(Err(error)) => return Err(RenderError::Device(format!("the image could not be mapped for reading: {error}"))),
+            Err(_) => return Err(RenderError::Hung(FRAME_TIMEOUT.as_secs_f64())),
         }
         {
             let view = self.read_back.get_mapped_range(..).map_err(|error| RenderError::Device(error.to_string()))?;

@@ -177,4 +177,30 @@ mod tests {
             assert!((next.yaw_rate_rad_s - rate).abs() < 1e-9, "{lateral_m}: {} {rate}", next.yaw_rate_rad_s);
         }
     }
+
+    /// On the path and in step with its target, a robot in a bend turns as the target turns; behind it, or beside it, the
+    /// errors' rates of a turning frame come in: e_x' = v_t - v cos(e_th) + w_t e_y, e_y' = v sin(e_th) - w_t e_x.
+    #[test]
+    fn in_a_bend_the_frame_turns_with_the_target() {
+        let params = KohChoParams::default();
+        let (period_s, curvature) = (1.0 / 30.0, 1.6);
+        let w_t = params.speed_m_s * curvature;
+        let step = |lateral_m: f64, ahead_m: f64| {
+            let mut law = KohCho::new(params);
+            law.commanded = Twist { speed_m_s: params.speed_m_s, yaw_rate_rad_s: w_t };
+            law.target_speed_m_s = params.speed_m_s;
+            law.target_travelled_m = ahead_m - params.speed_m_s * period_s;
+            let state = PathState { lateral_m, curvature_1_m: curvature, period_s, ..PathState::default() };
+            (law.twist(&state), law)
+        };
+        let (on_path, _) = step(0.0, 0.0);
+        assert!((on_path.speed_m_s - params.speed_m_s).abs() < 1e-12 && (on_path.yaw_rate_rad_s - w_t).abs() < 1e-12);
+        // The target 4 mm ahead: e_y' = -w_t e_x, fed forward by the landing curve's derivative.
+        let (behind, law) = step(0.0, 0.004);
+        let expected = law.landing_angle(0.0).1 * -w_t * 0.004;
+        assert!((behind.yaw_rate_rad_s - w_t - expected).abs() < 1e-9, "{behind:?}: {expected}");
+        // Two millimetres to the right of the path, e_y = 2 mm: the robot in the outer lane must be faster by w_t e_y.
+        let (beside, _) = step(-0.002, 0.0);
+        assert!((beside.speed_m_s - params.speed_m_s - w_t * 0.002).abs() < 1e-9, "{beside:?}");
+    }
 }

@@ -115,3 +115,39 @@ pub fn best_pair(proposals: &[Proposal], wall: Wall, limits: &WallLimits) -> Opt
     }
     best.map(|(_, a, b)| (a, b))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn proposal(line: usize, laser: usize, distance_m: f64, points: usize) -> Proposal {
+        let measured = WallMeasurement { distance_m, heading_rad: 0.01, points };
+        Proposal { line, laser, wall: Wall::Left, measured, lambda: 1.0 }
+    }
+
+    const LIMITS: WallLimits =
+        WallLimits { max_heading_rad: 0.6, distance_m: [0.03, 3.0], pair_heading_rad: 0.1, pair_distance_ratio: 0.1 };
+
+    #[test]
+    fn the_pair_whose_weaker_line_has_most_points_is_the_wall() {
+        let proposals = [
+            proposal(0, 0, 0.25, 200),
+            // Agrees, but rests on few points.
+            proposal(1, 1, 0.25, 40),
+            proposal(2, 1, 0.252, 150),
+            // Many points, another wall.
+            proposal(3, 1, 0.4, 500),
+        ];
+        let (a, b) = best_pair(&proposals, Wall::Left, &LIMITS).expect("a pair");
+        assert_eq!((a.line, b.line), (0, 2));
+        assert_eq!(best_pair(&proposals, Wall::Right, &LIMITS), None);
+    }
+
+    #[test]
+    fn a_line_or_a_laser_does_not_pair_with_itself() {
+        let one_line_for_both_lasers = [proposal(0, 0, 0.25, 200), proposal(0, 1, 0.25, 200)];
+        assert_eq!(best_pair(&one_line_for_both_lasers, Wall::Left, &LIMITS), None);
+        let two_lines_for_one_laser = [proposal(0, 0, 0.25, 200), proposal(1, 0, 0.25, 200)];
+        assert_eq!(best_pair(&two_lines_for_one_laser, Wall::Left, &LIMITS), None);
+    }
+}

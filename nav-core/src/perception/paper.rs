@@ -357,3 +357,23 @@ pub fn combine(left: Option<WallMeasurement>, right: Option<WallMeasurement>, du
     let width_m = left.zip(right).map(|(l, r)| l.distance_m + r.distance_m);
     Measurement { lateral_m, heading_rad, width_m, left, right }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_walls_share_in_the_answer_by_their_points() {
+        let wall = |distance_m, heading_rad, points| WallMeasurement { distance_m, heading_rad, points };
+        let (left, right) = (wall(0.2, 0.10, 300), wall(0.31, 0.02, 100));
+        let both = combine(Some(left), Some(right), 0.5);
+        // Nearer to the left wall than to the right one by 110 mm, so 55 mm to the left of the middle.
+        assert!((both.lateral_m.unwrap() - 0.055).abs() < 1e-12, "{both:?}");
+        assert!((both.width_m.unwrap() - 0.51).abs() < 1e-12, "{both:?}");
+        assert!((both.heading_rad.unwrap() - 0.08).abs() < 1e-12, "{both:?}");
+        // With one wall the nominal width stands in for the other.
+        assert!((combine(Some(left), None, 0.5).lateral_m.unwrap() - 0.05).abs() < 1e-12);
+        assert!((combine(None, Some(right), 0.5).lateral_m.unwrap() - 0.06).abs() < 1e-12);
+        assert_eq!(combine(None, None, 0.5), Measurement::default());
+    }
+}
