@@ -71,3 +71,34 @@ impl Bound {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// INCRA I's drive as its sources state it: 1.25 m/s unloaded, time constant 20 ms.
+    #[test]
+    fn the_wheel_loop_is_tuned_for_the_drive_as_it_is() {
+        let robot = RobotSpec::incra1();
+        assert!((drive_time_constant_s(&robot) - 0.020).abs() < 5e-4);
+        let text = "format = 1\nkind = \"scenario\"\nname = \"t\"\n[sensor]\npreset = \"wide\"\n[duct]\nwidth_m = 0.5\nheight_m = 0.3\n\
+                    run = [{ straight_m = 6.0 }]\n";
+        let scenario = Scenario::from_toml_str(text).unwrap_or_else(|wrong| panic!("{wrong}"));
+        let gains = scenario.wheel_gains();
+        let unloaded_m_s = robot.wheel_radius_m / gains.feed_forward_s_rad;
+        assert!((unloaded_m_s - 1.25).abs() < 0.005, "{unloaded_m_s}");
+        // Both poles at w: 1 + K kp = 2 w tau, K ki = w^2 tau.
+        let (w, tau, k) = (60.0, drive_time_constant_s(&robot), 1.0 / gains.feed_forward_s_rad);
+        assert!((1.0 + k * gains.proportional_s_rad - 2.0 * w * tau).abs() < 1e-12);
+        assert!((k * gains.integral_1_rad - w * w * tau).abs() < 1e-9);
+    }
+
+    /// The preset and the library's own INCRA I are one robot.
+    #[test]
+    fn the_preset_is_the_robot_that_the_physics_was_checked_with() {
+        let text = "format = 1\nkind = \"scenario\"\nname = \"t\"\n[robot]\npreset = \"incra1\"\n[sensor]\npreset = \"wide\"\n[duct]\n\
+                    width_m = 0.5\nheight_m = 0.3\nrun = [{ straight_m = 6.0 }]\n";
+        let scenario = Scenario::from_toml_str(text).unwrap_or_else(|wrong| panic!("{wrong}"));
+        assert_eq!(scenario.robot, RobotSpec::incra1());
+    }
+}

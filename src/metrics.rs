@@ -40,7 +40,7 @@ pub struct Metrics {
     pub collisions: u32,
     /// Highest speed of such a contact, along its normal.
     pub contact_speed_max_m_s: f64,
-    /// Least distance between the robot and any wall.
+    /// Least distance between the robot and any wall at any exposure. Between two a collision may have come and gone.
     pub min_clearance_m: Option<f64>,
     /// Junctions passed as the route names them.
     pub junctions_taken: u32,
@@ -268,13 +268,16 @@ mod tests {
                     wheel_speed_rad_s: Default::default(),
                     motor_current_a: Default::default(),
                 },
-                collisions: Collisions { count: u32::from(i >= 3), contact_speed_max_m_s: 0.0 },
+                collisions: Collisions { count: u32::from(i >= 3), contact_speed_max_m_s: if i >= 3 { 0.2 } else { 0.0 } },
                 counts: Default::default(),
                 mount: MountAngles::default(),
                 measurement,
                 state: Default::default(),
                 lines: 0,
-                command: Command::stop(MountAngles::default()),
+                command: Command {
+                    wheel_speed_rad_s: ductloop_nav::messages::Sides { left: 0.1 * i as f64, right: -0.1 * i as f64 },
+                    ..Command::stop(MountAngles::default())
+                },
                 faults: 0,
             }
         };
@@ -295,6 +298,9 @@ mod tests {
         assert!(close(metrics.estimates_valid, 2.0 / 3.0) && close(metrics.real_time_factor, 2.0), "{metrics:?}");
         // Clearance and collisions count from the start.
         assert!(close(metrics.min_clearance_m, 0.05) && metrics.collisions == 1 && metrics.completed, "{metrics:?}");
+        assert_eq!(metrics.contact_speed_max_m_s, 0.2);
+        // Each wheel's command changes by 0.1 rad/s a frame, 30 frames a second.
+        assert!(metrics.control_effort.is_some_and(|effort| (effort - 3.0).abs() < 1e-9), "{metrics:?}");
     }
 
     #[test]

@@ -39,3 +39,86 @@ impl RunHash {
         self.0.update(&(value + 0.0).to_le_bytes());
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use ductloop_nav::messages::Sides;
+    use ductloop_nav::rig::MountAngles;
+    use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+
+    use super::*;
+
+    #[derive(Clone)]
+    struct Given {
+        tick: Tick,
+        pose: Isometry3<f64>,
+        image: Vec<u8>,
+        counts: Counts,
+        command: Command,
+    }
+
+    fn given() -> Given {
+        Given {
+            tick: 40,
+            pose: Isometry3::from_parts(Translation3::new(1.0, 0.0, 3.0), UnitQuaternion::from_euler_angles(0.1, 0.2, 0.3)),
+            image: vec![1, 2, 3],
+            counts: Counts { left: 5, right: 6 },
+            command: Command {
+                wheel_speed_rad_s: Sides { left: 7.0, right: 8.0 },
+                mount: MountAngles { pan_rad: 0.1, tilt_rad: 0.2 },
+                exposure_s: Some(0.004),
+                laser_power: None,
+            },
+        }
+    }
+
+    fn hash(given: &Given) -> u128 {
+        let truth = Truth {
+            world_from_base: given.pose,
+            cell: 0,
+            distance_m: 0.0,
+            lateral_m: 0.0,
+            heading_rad: 0.0,
+            clearance_m: 0.0,
+            speed_m_s: 0.0,
+            yaw_rate_rad_s: 0.0,
+            wheel_speed_rad_s: Sides::default(),
+            motor_current_a: Sides::default(),
+        };
+        let mut hash = RunHash::default();
+        hash.frame(given.tick, &truth, &given.image, given.counts, &given.command);
+        hash.value()
+    }
+
+    #[test]
+    fn every_field_counts_and_the_sign_of_zero_does_not() {
+        let changes: [fn(&mut Given); 17] = [
+            |g| g.tick += 1,
+            |g| g.pose.translation.x += 1e-9,
+            |g| g.pose.translation.y += 1e-9,
+            |g| g.pose.translation.z += 1e-9,
+            |g| g.pose.rotation = UnitQuaternion::from_euler_angles(0.1 + 1e-9, 0.2, 0.3),
+            |g| g.image[1] ^= 1,
+            |g| g.counts.left += 1,
+            |g| g.counts.right += 1,
+            |g| g.command.wheel_speed_rad_s.left += 1e-9,
+            |g| g.command.wheel_speed_rad_s.right += 1e-9,
+            |g| g.command.mount.pan_rad += 1e-9,
+            |g| g.command.mount.tilt_rad += 1e-9,
+            |g| g.command.exposure_s = Some(0.005),
+            |g| g.command.exposure_s = None,
+            |g| g.command.laser_power = Some(0.0),
+            |g| g.command.laser_power = Some(0.5),
+            |g| (g.counts.left, g.counts.right) = (6, 5),
+        ];
+        let mut seen = std::collections::BTreeSet::from([hash(&given())]);
+        for (i, change) in changes.iter().enumerate() {
+            let mut other = given();
+            change(&mut other);
+            assert!(seen.insert(hash(&other)), "change {i} leaves the hash as it was, or makes it another change's");
+        }
+        let mut negative = given();
+        negative.pose.translation.y = -0.0;
+        assert_eq!(hash(&negative), hash(&given()));
+    }
+}
