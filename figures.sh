@@ -3,7 +3,7 @@
 #
 #   ./figures.sh [--slice] [OUT.json]      (figures.json)
 #
-# Twenty seeds a scenario; half an hour on two cores without a graphics card. --slice takes one seed: a minute or two.
+# Eight seeds a scenario; a quarter of an hour on two cores without a graphics card. --slice takes one seed: a minute or two.
 set -euo pipefail
 cd "$(dirname "$0")"
 

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! `--bench` is what `ductloop bench --json` printed; the other two are the printed lines of the tests that measure physics and
-//! rendered stripes. `--slice` takes one seed a scenario instead of twenty.
+//! rendered stripes. `--slice` takes one seed a scenario instead of eight.
 
 use std::error::Error;
 use std::path::Path;
@@ -60,7 +60,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn read_arguments() -> Result<Arguments, Box<dyn Error>> {
-    let (mut seeds, mut bench, mut physics, mut stripes, mut out) = (20, Value::Null, Vec::new(), Vec::new(), None);
+    let (mut seeds, mut bench, mut physics, mut stripes, mut out) = (8, Value::Null, Vec::new(), Vec::new(), None);
     let mut rest = std::env::args().skip(1);
     while let Some(argument) = rest.next() {
         let mut text = || -> Result<String, Box<dyn Error>> {

@@ -6,6 +6,7 @@
 use nalgebra::{Point2, Point3, Unit, Vector3};
 
 use crate::Transform;
+use crate::box_tree::Bounds;
 
 /// Index of a cell within its network.
 pub type CellId = usize;
@@ -220,6 +221,11 @@ impl Cell {
     /// Whether the point lies inside or on the boundary, within `tolerance_m`.
     pub fn contains(&self, point: &Point3<f64>, tolerance_m: f64) -> bool {
         self.faces.iter().all(|face| face.plane.distance(point) <= tolerance_m)
+    }
+
+    /// The smallest box around it.
+    pub fn bounds(&self) -> Bounds {
+        Bounds::around(self.faces.iter().flat_map(|face| &face.outline))
     }
 
     /// The same cell in another frame.

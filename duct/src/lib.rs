@@ -5,12 +5,14 @@
 //! - [`cell`]: the convex cell, its faces, portals and the solids that stand in it;
 //! - [`fitting`]: straight, mitred elbow, radius elbow, each as cells and as a piece of the centreline;
 //! - [`network`]: fittings joined port to port; which cell holds a point, what a ray meets;
-//! - [`centreline`]: the reference path: distance along it, lateral and heading error.
+//! - [`centreline`]: the reference path: distance along it, lateral and heading error;
+//! - [`box_tree`]: which boxes meet a box, for whatever would otherwise compare each cell with each.
 //!
 //! Frames and units: SI, radians, x forward, y left, z up. A fitting's own frame has its origin on the floor in the middle of
 //! the entry port, x pointing into the fitting. World is the frame of the first fitting's entry.
 #![forbid(unsafe_code)]
 
+pub mod box_tree;
 pub mod cell;
 pub mod centreline;
 pub mod fitting;

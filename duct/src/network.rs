@@ -3,7 +3,8 @@
 use nalgebra::{Point3, Unit, Vector3};
 
 use crate::Transform;
-use crate::cell::{Beyond, Cell, CellId, Plane, Side, Solid, SurfaceId};
+use crate::box_tree::{Bounds, BoxTree};
+use crate::cell::{Beyond, Cell, CellId, Face, Plane, Side, Solid, SurfaceId};
 use crate::centreline::{Centreline, Segment};
 use crate::fitting::{Fitting, FittingError};
 
@@ -111,7 +112,7 @@ impl Network {
     /// The first pair of fittings whose insides intersect by more than a millimetre.
     ///
     /// Cells are prisms on one floor, so two are apart exactly when a wall's plane of one of them has the other wholly on its
-    /// outside (separating axes in the plan).
+    /// outside (separating axes in the plan). Cells whose boxes do not meet need no look at their planes.
     fn overlap(&self) -> Option<(usize, usize)> {
         const TOLERANCE_M: f64 = 1e-3;
         let apart = |a: &Cell, b: &Cell| {
@@ -119,14 +120,15 @@ impl Network {
                 .iter()
                 .any(|face| b.faces.iter().flat_map(|f| &f.outline).all(|corner| face.plane.distance(corner) >= -TOLERANCE_M))
         };
-        for (i, a) in self.cells.iter().enumerate() {
-            for b in &self.cells[i + 1..] {
-                if a.fitting != b.fitting && !apart(a, b) && !apart(b, a) {
-                    return Some((a.fitting, b.fitting));
-                }
-            }
-        }
-        None
+        let bounds: Vec<Bounds> = self.cells.iter().map(Cell::bounds).collect();
+        let tree = BoxTree::new(&bounds);
+        self.cells.iter().zip(&bounds).enumerate().find_map(|(i, (a, bounds))| {
+            let bites = |j: usize| {
+                let b = &self.cells[j];
+                a.fitting != b.fitting && !apart(a, b) && !apart(b, a)
+            };
+            tree.first(i + 1, bounds, bites).map(|j| (a.fitting, self.cells[j].fitting))
+        })
     }
 
     /// Puts a solid, given in the world frame, into every cell that it reaches into.
@@ -139,22 +141,32 @@ impl Network {
         }
     }
 
-    /// The cell that holds a point, looked for from `near` through portals; `None` outside the network.
+    /// The cell that holds a point, looked for from `near` through portals; `None` outside the network. All cells are gone
+    /// through only for a point that is outside, or not a few cells away from `near`.
     pub fn cell_at(&self, point: &Point3<f64>, near: CellId) -> Option<CellId> {
+        /// Cells after which going through all of them costs less than walking on.
+        const WALK_CELLS: usize = 16;
         const TOLERANCE_M: f64 = 1e-9;
-        if self.cells.get(near).is_some_and(|c| c.contains(point, TOLERANCE_M)) {
-            return Some(near);
-        }
-        let neighbours = self.cells.get(near)?.faces.iter().flat_map(|f| &f.portals).filter_map(|p| match p.beyond {
-            Beyond::Cell(id) => Some(id),
-            Beyond::Outside => None,
-        });
-        for id in neighbours {
-            if self.cells[id].contains(point, TOLERANCE_M) {
+        let holds = |id: &CellId| self.cells.get(*id).is_some_and(|cell| cell.contains(point, TOLERANCE_M));
+        let mut at = near;
+        for _ in 0..WALK_CELLS {
+            if holds(&at) {
+                return Some(at);
+            }
+            let faces = &self.cells.get(at)?.faces;
+            if let Some(id) = faces.iter().flat_map(beyond).find(holds) {
                 return Some(id);
             }
+            // On through the face that has the point farthest on its other side.
+            let ahead = faces
+                .iter()
+                .filter_map(|face| Some((face.plane.distance(point), beyond(face).next()?)))
+                .filter(|(distance_m, _)| *distance_m > TOLERANCE_M)
+                .max_by(|a, b| a.0.total_cmp(&b.0));
+            let Some((_, next)) = ahead else { break };
+            at = next;
         }
-        self.cells.iter().position(|c| c.contains(point, TOLERANCE_M))
+        (0..self.cells.len()).find(holds)
     }
 
     /// What a ray from a point inside `cell` meets, walls and solids; `None` when it leaves the network or goes further than
@@ -200,6 +212,14 @@ impl Network {
         }
         None
     }
+}
+
+/// The cells behind a face's portals.
+fn beyond(face: &Face) -> impl Iterator<Item = CellId> {
+    face.portals.iter().filter_map(|portal| match portal.beyond {
+        Beyond::Cell(id) => Some(id),
+        Beyond::Outside => None,
+    })
 }
 
 /// Where a ray enters a solid from outside, and through which plane.

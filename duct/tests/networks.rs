@@ -132,6 +132,30 @@ fn a_run_that_bites_its_own_tail_is_refused_with_both_ends() {
     assert!(matches!(refused, Err(NetworkError::Overlap { first: 0, second: 5 | 6 })), "{refused:?}");
 }
 
+#[test]
+fn a_point_is_found_from_whichever_cell_the_search_begins() {
+    let network = zigzag();
+    let middle = |id: usize| {
+        let corners: Vec<_> = network.cells[id].faces.iter().flat_map(|face| &face.outline).collect();
+        Point3::from(corners.iter().fold(Vector3::zeros(), |sum, p| sum + p.coords) / corners.len() as f64)
+    };
+    for near in 0..network.cells.len() {
+        for id in 0..network.cells.len() {
+            assert_eq!(network.cell_at(&middle(id), near), Some(id), "from {near}");
+        }
+        assert_eq!(network.cell_at(&Point3::new(0.5, 0.0, -0.01), near), None);
+    }
+}
+
+#[test]
+fn the_overlap_that_is_reported_is_the_first_one() {
+    // Three times round a square: each fitting lies where the eighth before it does.
+    let side = [straight(2.0), mitre(90.0)];
+    let run: Vec<Fitting> = side.into_iter().cycle().take(24).collect();
+    let refused = Network::from_run(&run, End::Open, End::Open);
+    assert_eq!(refused, Err(NetworkError::Overlap { first: 0, second: 8 }));
+}
+
 proptest! {
     /// Any point beside the centreline is in the network, and projects back to where it was put.
     #[test]

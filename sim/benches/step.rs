@@ -1,4 +1,4 @@
-//! What a physics tick costs: in a straight duct, and in a network of many fittings.
+//! What a physics tick costs, in a straight duct and in networks of many fittings, and what it costs to make those.
 #![allow(missing_docs, reason = "criterion's macros make undocumented items")]
 
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -19,9 +19,9 @@ fn straight() -> Vec<Fitting> {
     vec![fitting(Shape::Straight { length_m: 1000.0 })]
 }
 
-/// 3000 short ducts, one after the other.
+/// 10 000 short ducts, one after the other.
 fn many() -> Vec<Fitting> {
-    vec![fitting(Shape::Straight { length_m: 0.3 }); 3000]
+    vec![fitting(Shape::Straight { length_m: 0.5 }); 10_000]
 }
 
 /// Zigzags of radius elbows and straights, a cell or a gore every few centimetres: 100 fittings, 650 cells.
@@ -35,7 +35,7 @@ fn step(c: &mut Criterion) {
     // In the winding duct the robot stands and turns slowly on the spot, so that it stays there however long it is measured.
     for (name, fittings, duty) in [
         ("straight", straight(), Sides { left: 0.2, right: 0.2 }),
-        ("3000 fittings", many(), Sides { left: 0.2, right: 0.2 }),
+        ("10000 fittings", many(), Sides { left: 0.2, right: 0.2 }),
         ("winding", winding(), Sides { left: -0.06, right: 0.06 }),
     ] {
         let network = Network::from_run(&fittings, End::Cap, End::Cap).expect("a duct");
@@ -44,6 +44,8 @@ fn step(c: &mut Criterion) {
             let ground = Ground::uniform(0.7);
             World::new(&network, &RobotSpec::incra1(), &ground, &start, MountAngles::default(), 1200).expect("a world")
         };
+        c.bench_function(&format!("network/{name}"), |b| b.iter(|| Network::from_run(&fittings, End::Cap, End::Cap)));
+        c.bench_function(&format!("world/{name}"), |b| b.iter(make));
         let mut world = make();
         c.bench_function(&format!("step/{name}"), |b| b.iter(|| world.step(duty)));
         c.bench_function(&format!("truth/{name}"), |b| b.iter(|| world.truth()));

@@ -5,12 +5,12 @@
 //! other's duct. Where there is no room behind a wall (two ducts share one sheet), the slab is made thinner, and where even
 //! [`THINNEST_M`] reaches into another cell the network is refused: the robot would bump into a wall that is not there.
 
+use ductloop_duct::box_tree::{Bounds, BoxTree};
 use ductloop_duct::cell::{Cell, FaceKind, Plane, Solid};
 use ductloop_duct::network::Network;
 use nalgebra::{Point3, Vector3};
 use rapier3d::geometry::SharedShape;
 use rapier3d::math::Vector;
-use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 
 use crate::convert;
 use crate::opening::closed_parts;
@@ -97,7 +97,8 @@ impl Walls {
     /// What about the network cannot be driven in.
     pub fn new(network: &Network) -> Result<Self, WallError> {
         let floor = floor(network)?;
-        let extents: Vec<Extent> = network.cells.iter().map(extent).collect();
+        let boxes: Vec<Bounds> = network.cells.iter().map(Cell::bounds).collect();
+        let tree = BoxTree::new(&boxes);
         let of_cell = network
             .cells
             .iter()
@@ -106,7 +107,7 @@ impl Walls {
                 let mut obstacles = Vec::new();
                 for face in cell.faces.iter().filter(|face| face.kind != FaceKind::Floor) {
                     for outline in closed_parts(face) {
-                        obstacles.push(slab(network, &extents, id, Sheet { plane: face.plane, outline })?);
+                        obstacles.push(slab(network, &tree, id, Sheet { plane: face.plane, outline })?);
                     }
                 }
                 for solid in &cell.solids {
@@ -140,36 +141,17 @@ fn floor(network: &Network) -> Result<Plane, WallError> {
     floor.ok_or(WallError::Degenerate { fitting: 0 })
 }
 
-/// A cell's corners and box, for finding what reaches into it.
-struct Extent {
-    bounds: Aabb,
-    corners: Vec<Point3<f64>>,
-}
-
-fn extent(cell: &Cell) -> Extent {
-    let corners: Vec<_> = cell.faces.iter().flat_map(|face| face.outline.iter().copied()).collect();
-    Extent { bounds: bounds(&corners), corners }
-}
-
-fn bounds(corners: &[Point3<f64>]) -> Aabb {
-    Aabb::from_points(corners.iter().map(convert::point))
-}
-
-fn slab(network: &Network, extents: &[Extent], cell: usize, sheet: Sheet) -> Result<Obstacle, WallError> {
+fn slab(network: &Network, tree: &BoxTree, cell: usize, sheet: Sheet) -> Result<Obstacle, WallError> {
     let fitting = network.cells[cell].fitting;
     let mut thickness_m = THICKNESS_M;
     loop {
         let corners = slab_corners(&sheet, thickness_m);
-        let bounds = bounds(&corners);
-        let reached = (0..extents.len()).find(|id| {
-            *id != cell && extents[*id].bounds.intersects(&bounds) && {
-                // Apart, if a face of the cell has the slab outside or the sheet has the cell inside.
-                let beyond_face = network.cells[*id]
-                    .faces
-                    .iter()
-                    .any(|face| corners.iter().all(|corner| face.plane.distance(corner) >= -OVERLAP_M));
-                !beyond_face && !extents[*id].corners.iter().all(|corner| sheet.plane.distance(corner) <= OVERLAP_M)
-            }
+        let reached = tree.first(0, &Bounds::around(&corners), |id| {
+            // Apart, if a face of the other cell has the slab outside or the sheet has that cell inside.
+            let faces = &network.cells[id].faces;
+            let beyond_face = || faces.iter().any(|face| corners.iter().all(|corner| face.plane.distance(corner) >= -OVERLAP_M));
+            let behind = |corner| sheet.plane.distance(corner) <= OVERLAP_M;
+            id != cell && !beyond_face() && !faces.iter().flat_map(|face| &face.outline).all(behind)
         });
         match reached {
             None => {
