@@ -129,8 +129,7 @@ fn navigator_params(scenario: &Scenario) -> NavigatorParams {
             wheel_radius_m: robot.wheel_radius_m,
             effective_track_m: effective_track_m(scenario),
             counts_per_wheel_turn: robot.drive.counts_per_wheel_turn(),
-            // The wheel loop's own time constant: both its poles lie at the bandwidth.
-            lag_s: 2.0 / scenario.control.wheel_bandwidth_rad_s,
+            wheel_bandwidth_rad_s: scenario.control.wheel_bandwidth_rad_s,
         },
         coast_s: scenario.navigation.coast_s,
         mount: scenario.rig.mount.rest,

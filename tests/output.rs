@@ -12,7 +12,7 @@ use ductloop::output::folder::{FolderError, RunFolder, folder_name};
 use ductloop::output::junit::{Case, junit, write_junit};
 use ductloop::output::manifest::{AdapterInfo, Manifest};
 use ductloop::output::summary::Summary;
-use ductloop::output::{frames, try_whole, words};
+use ductloop::output::{FileError, frames, try_whole, words};
 use ductloop::record::{EndState, FrameRecord, KeyFrames, RunRecord};
 use ductloop::run_files::write_run;
 use ductloop::{Command, Counts, Measurement, MountAngles, Scenario, Sides, Verdict, report};
@@ -381,6 +381,7 @@ fn junit_tells_failure_error_and_limit_apart() {
     }
     assert!(!out.path().join("new").exists());
     assert_eq!(files_below(out.path()), BTreeSet::from(["deep/junit.xml".into()]));
+    assert!(matches!(write_junit(&out.path().join("deep"), &cases), Err(FileError::NotAFile("a folder"))));
 }
 
 #[test]

@@ -54,7 +54,7 @@ pub(crate) struct OverlayArgs {
     /// Set one field, as in `robot.speed_m_s=0.2` or `duct.run[1].elbow_deg=45` (may be given several times)
     #[arg(long, value_name = "PATH=VALUE")]
     pub(crate) set: Vec<String>,
-    /// Feed every random stream from this seed
+    /// Feed every random stream from this seed, 0 to 9223372036854775807
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = seed)]
     pub(crate) seed: Option<u64>,
     /// How images become errors: `paper`, or `truth` to steer by the true errors

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ductloop::output::try_whole;
+use ductloop::output::{FileError, try_whole};
 
 use super::problem::Problem;
 
@@ -11,7 +11,7 @@ use super::problem::Problem;
 /// # Errors
 /// Where something else stands in its place or on the way to it.
 pub(crate) fn folder(option: &str, path: &Path) -> Result<(), Problem> {
-    way_is_clear(path).map_err(|message| wrong(option, path, message).help(ELSEWHERE))
+    way_is_clear(path).map_err(|message| refused(option, path, message))
 }
 
 /// Makes sure that a file of this name can be written; leaves everything as it was.
@@ -19,16 +19,19 @@ pub(crate) fn folder(option: &str, path: &Path) -> Result<(), Problem> {
 /// # Errors
 /// Where it cannot.
 pub(crate) fn file(option: &str, path: &Path) -> Result<(), Problem> {
-    if path.is_dir() {
-        return Err(wrong(option, path, "is a folder".into()).help("name a file in it"));
-    }
-    path.parent()
-        .map_or(Ok(()), way_is_clear)
-        .and_then(|()| try_whole(path).map_err(|error| format!("cannot be written: {error}")))
-        .map_err(|message| wrong(option, path, message).help(ELSEWHERE))
+    path.parent().map_or(Ok(()), way_is_clear).map_err(|message| refused(option, path, message))?;
+    try_whole(path).map_err(|error| match error {
+        FileError::NotAFile(_) if path.is_dir() => wrong(option, path, error.to_string()).help("name a file in it"),
+        FileError::NotAFile(_) => wrong(option, path, format!("{error}, and only a regular file is replaced"))
+            .help("name a regular file, or one that is not there yet; what it then holds can be passed on"),
+        FileError::System(_) => refused(option, path, error.to_string()),
+    })
 }
 
-const ELSEWHERE: &str = "choose another place";
+/// That nothing can be written there.
+pub(crate) fn refused(option: &str, path: &Path, message: String) -> Problem {
+    wrong(option, path, message).help("choose another place")
+}
 
 /// Names what is not a folder and would have to be one.
 fn way_is_clear(folder: &Path) -> Result<(), String> {

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use ductloop::closed_loop::run_with;
+use ductloop::output::{FileError, write_whole};
 use ductloop::record::{EndState, FrameRecord};
 use ductloop::{Pilot, Scenario, picture};
 use serde_json::{Value, json};
@@ -30,7 +31,7 @@ pub(crate) fn command(args: &RenderArgs) -> Result<u8, Problem> {
     }
     let scenario = &input.scenario;
     if args.at_s > scenario.time_limit_s {
-        let message = format!("the run ends at {} s at the latest (time_limit_s), before {} s", scenario.time_limit_s, args.at_s);
+        let message = format!("this is later than the run can end, {} s at the latest (time_limit_s)", scenario.time_limit_s);
         return Err(wrong(message).about("--at-s"));
     }
     for file in [&args.out, &truth_file] {
@@ -74,10 +75,10 @@ pub(crate) fn command(args: &RenderArgs) -> Result<u8, Problem> {
     let truth = truth(scenario, &record);
     let cannot = |path: &std::path::Path| {
         let path = path.display().to_string();
-        move |error: std::io::Error| Problem::new(Problem::CANNOT_GO_ON, format!("cannot be written: {error}")).about(path)
+        move |error: FileError| Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(path)
     };
-    ductloop::output::write_whole(&args.out, &picture).map_err(cannot(&args.out))?;
-    ductloop::output::write_whole(&truth_file, format!("{truth:#}\n").as_bytes()).map_err(cannot(&truth_file))?;
+    write_whole(&args.out, &picture).map_err(cannot(&args.out))?;
+    write_whole(&truth_file, format!("{truth:#}\n").as_bytes()).map_err(cannot(&truth_file))?;
     if args.json {
         print_json(&truth)?;
     } else if !args.quiet {

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use ductloop::closed_loop::{RunFailure, run_with};
 use ductloop::output::junit::Case;
-use ductloop::output::{self, Manifest, RunFolder, Summary, folder_name};
+use ductloop::output::{self, FolderError, Manifest, RunFolder, Summary, folder_name};
 use ductloop::record::{EndState, FrameRecord, KeyFrames, RunRecord};
 use ductloop::run_files::write_run;
 use ductloop::{Pilot, Scenario, Verdict};
@@ -119,6 +119,9 @@ fn plan(args: &RunArgs, inputs: Vec<Input>) -> Result<Vec<Planned>, Problem> {
         }
         match RunFolder::prepare(&args.out, &name, &toml, args.force) {
             Ok(folder) => planned.push(Planned { input, name, folder }),
+            Err(error @ FolderError::System { .. }) => {
+                problems.note(destination::refused("--out", &args.out, error.to_string()));
+            }
             Err(error) => problems.note(Problem::new(Problem::WRONG_INPUT, error.to_string())),
         }
     }
@@ -226,9 +229,8 @@ fn write_junit(args: &RunArgs, finished: &[Finished]) -> Result<(), Problem> {
         let reasons = summary.reasons.iter().map(|r| output::words::reason(scenario, &summary.metrics, r)).collect();
         Case { summary, name: &planned.name, reasons, report: report.as_deref() }
     };
-    output::write_junit(path, &finished.iter().map(case).collect::<Vec<_>>()).map_err(|error| {
-        Problem::new(Problem::CANNOT_GO_ON, format!("cannot be written: {error}")).about(format!("--junit {}", path.display()))
-    })
+    output::write_junit(path, &finished.iter().map(case).collect::<Vec<_>>())
+        .map_err(|error| Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(format!("--junit {}", path.display())))
 }
 
 /// Tells people how it went: on standard output, or on standard error where a document goes to standard output.

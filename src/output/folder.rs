@@ -6,13 +6,14 @@ use std::path::{Path, PathBuf};
 
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::whole_file::{beginning, beside, flush_folder, try_in, write_flushed};
+use super::stage_name::{beside, is_of_the_dead};
+use super::whole_file::{flush_folder, try_in, write_flushed};
 
 /// The file that makes a folder a run's folder.
 const SCENARIO: &str = "scenario.toml";
 
 /// A run's folder in the making. Nothing of it is seen under its name until [`RunFolder::publish`]; what was written until
-/// then goes when this is dropped. A process that is killed leaves a hidden `.NAME.tmp-PID`, which nothing reads.
+/// then goes when this is dropped. A process that is killed leaves a hidden folder `.NAME.tmp-…`, which nothing reads.
 #[derive(Debug)]
 pub struct RunFolder {
     path: PathBuf,
@@ -28,7 +29,7 @@ pub enum FolderError {
     #[error("`{0}` cannot be the name of a run's folder")]
     Name(String),
     /// There is a file of that name.
-    #[error("{} is a file; the run's folder would have that name", .0.display())]
+    #[error("{} is a file, and the run's folder would have that name: move it away, or choose another folder with --out", .0.display())]
     NotAFolder(PathBuf),
     /// There is a folder with other things in it.
     #[error(
@@ -149,23 +150,14 @@ impl RunFolder {
 
     /// Removes what processes that were killed have left beside the folder. One that was killed between the two renames of
     /// [`Self::publish`] has left the earlier run under another name: it gets its own back.
-    ///
-    /// Which processes live is read from `/proc`; where there is none, everything is left alone.
+    /// What may be of a process that lives is left alone ([`is_of_the_dead`]).
     fn clear_up_after_the_dead(&self, out: &Path) {
-        let alive = |process: &str| Path::new("/proc").join(process).exists();
-        let Ok(entries) = fs::read_dir(out) else { return };
-        if !alive("self") {
-            return;
-        }
-        let [tmp, old] = ["tmp", "old"].map(|what| beginning(&self.path, what));
-        for entry in entries.flatten() {
+        for entry in fs::read_dir(out).into_iter().flatten().flatten() {
             let name = entry.file_name();
-            let Some(name) = name.to_str() else { continue };
-            let dead =
-                |of: &String| name.strip_prefix(of).is_some_and(|process| process.parse::<u32>().is_ok() && !alive(process));
-            if dead(&old) && !self.path.exists() {
+            let dead = |what| name.to_str().is_some_and(|name| is_of_the_dead(name, &self.path, what));
+            if dead("old") && !self.path.exists() {
                 let _ = fs::rename(entry.path(), &self.path);
-            } else if dead(&tmp) || dead(&old) {
+            } else if dead("tmp") || dead("old") {
                 let _ = fs::remove_dir_all(entry.path());
             }
         }
@@ -177,8 +169,6 @@ impl RunFolder {
             out,
             |created| system("create", out, created),
             || {
-                // An earlier process of the same number may have left one.
-                let _ = fs::remove_dir_all(&self.stage);
                 system("create", &self.stage, fs::create_dir(&self.stage))?;
                 let probes = [self.stage.join("probe"), self.path.join(".ductloop-probe")];
                 let count = if self.path.exists() { 2 } else { 1 };
@@ -203,29 +193,34 @@ impl Drop for RunFolder {
 mod tests {
     use super::*;
 
-    /// No process has this number: Linux stops at 2^22.
-    const DEAD: &str = "4294967295";
-
     #[test]
     #[cfg(target_os = "linux")]
     fn what_the_dead_have_left_is_cleared_up_and_what_they_moved_away_comes_back() {
         let out = tempfile::tempdir().expect("a folder");
-        let at = |name: String| out.path().join(name);
-        let leave = |name: String| {
-            fs::create_dir(at(name.clone())).expect("a folder");
-            fs::write(at(name).join(SCENARIO), "a").expect("a file");
+        let leave = |path: PathBuf| {
+            fs::create_dir(&path).expect("a folder");
+            fs::write(path.join(SCENARIO), "a").expect("a file");
         };
-        leave(format!(".straight.tmp-{DEAD}"));
-        leave(format!(".straight.old-{DEAD}"));
-        leave(format!(".straight.tmp-{}", std::process::id() + 1_000_000_000));
-        leave(format!(".other.tmp-{DEAD}"));
-        leave(".straight.tmp-1".into());
+        let living = |run: &str, what: &str| beside(&out.path().join(run), what);
+        // No process has this number: Linux stops at 2^22.
+        let as_of_the_dead = |path: PathBuf| {
+            let name = path.file_name().and_then(|name| name.to_str()).expect("a name");
+            path.with_file_name(name.replace(&format!("-{}-", std::process::id()), "-4294967295-"))
+        };
+        for what in ["tmp", "old"] {
+            leave(as_of_the_dead(living("straight", what)));
+        }
+        // A living process's, another run's, and those of a machine that is not this one.
+        let mut kept = vec![living("straight", "tmp"), as_of_the_dead(living("other", "tmp"))];
+        kept.extend(["tmp", "old"].map(|what| out.path().join(format!(".straight.{what}-elsewhere-4294967295-0"))));
+        kept.iter().cloned().for_each(leave);
         RunFolder::prepare(out.path(), "straight", "a", false).expect("its own run");
-        let mut left: Vec<_> = fs::read_dir(out.path()).expect("it").flatten().map(|e| e.file_name()).collect();
+        kept.push(out.path().join("straight"));
+        let mut left: Vec<_> = fs::read_dir(out.path()).expect("it").flatten().map(|entry| entry.path()).collect();
         left.sort();
-        // The first process lives; of other runs nothing is touched.
-        assert_eq!(left, [".other.tmp-4294967295", ".straight.tmp-1", "straight"]);
-        assert_eq!(fs::read_to_string(at("straight".into()).join(SCENARIO)).expect("it came back"), "a");
+        kept.sort();
+        assert_eq!(left, kept);
+        assert_eq!(fs::read_to_string(out.path().join("straight").join(SCENARIO)).expect("it came back"), "a");
     }
 
     #[test]

@@ -8,7 +8,7 @@ use std::time::Duration;
 use quick_junit::{NonSuccessKind, Property, Report, TestCase, TestCaseStatus, TestSuite};
 
 use super::summary::Summary;
-use super::whole_file;
+use super::whole_file::{self, FileError};
 use super::words::METRICS;
 use crate::metrics::Verdict;
 
@@ -42,8 +42,8 @@ pub fn junit(cases: &[Case<'_>]) -> Result<String, quick_junit::SerializeError> 
 /// Writes the document, whole or not at all. Folders above it are made.
 ///
 /// # Errors
-/// When the system refuses.
-pub fn write_junit(path: &Path, cases: &[Case<'_>]) -> io::Result<()> {
+/// Where something other than a regular file stands there, or the system refuses.
+pub fn write_junit(path: &Path, cases: &[Case<'_>]) -> Result<(), FileError> {
     whole_file::write(path, junit(cases).map_err(io::Error::other)?.as_bytes())
 }
 

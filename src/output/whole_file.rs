@@ -1,31 +1,76 @@
 //! Files that appear whole or not at all.
 
-use std::fs::{self, File};
+use std::fs::{self, File, FileType};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// A name beside `path` for what is not finished yet: hidden, and of this process only.
-pub(super) fn beside(path: &Path, what: &str) -> PathBuf {
-    path.with_file_name(format!("{}{}", beginning(path, what), std::process::id()))
+use super::stage_name::beside;
+
+/// Why a file cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum FileError {
+    /// Something stands there that a file must not replace: a folder, a named pipe, a device.
+    #[error("is {0}")]
+    NotAFile(&'static str),
+    /// The system refused.
+    #[error("cannot be written: {0}")]
+    System(#[from] io::Error),
 }
 
-/// What such a name begins with; the number of the process follows.
-pub(super) fn beginning(path: &Path, what: &str) -> String {
-    format!(".{}.{what}-", path.file_name().unwrap_or_default().to_string_lossy())
-}
-
-/// Writes a file aside, flushes it to disk and renames it. Folders above it are made.
-pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
+/// Writes a file aside, flushes it to disk and renames it. Folders above it are made. A link stays: what it leads to is
+/// written.
+///
+/// # Errors
+/// Where something other than a regular file stands there, which is left alone, or the system refuses.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    let path = behind_links(path)?;
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder)?;
     }
-    let aside = beside(path, "tmp");
-    let written = write_flushed(&aside, bytes).and_then(|()| fs::rename(&aside, path));
+    let aside = beside(&path, "tmp");
+    let written = write_flushed(&aside, bytes).and_then(|()| fs::rename(&aside, &path));
     if written.is_err() {
         // What went wrong with the file itself is what the caller needs to hear of.
         let _ = fs::remove_file(&aside);
     }
-    written
+    Ok(written?)
+}
+
+/// The place that a name leads to, where there is a regular file or nothing.
+fn behind_links(path: &Path) -> Result<PathBuf, FileError> {
+    match fs::metadata(path) {
+        Ok(found) if !found.is_file() => return Err(FileError::NotAFile(kind(found.file_type()))),
+        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error.into()),
+        _ => {}
+    }
+    // Step by step, as the last link may lead to what is not there yet. As many as Linux follows.
+    let mut place = path.to_owned();
+    for _ in 0..40 {
+        match fs::read_link(&place) {
+            Ok(to) => place = place.parent().unwrap_or(Path::new("")).join(to),
+            Err(_) => return Ok(place),
+        }
+    }
+    Err(io::Error::other("too many links").into())
+}
+
+/// What it is that is no regular file.
+fn kind(found: FileType) -> &'static str {
+    if found.is_dir() {
+        return "a folder";
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        if found.is_fifo() {
+            return "a named pipe";
+        } else if found.is_socket() {
+            return "a socket";
+        } else if found.is_char_device() || found.is_block_device() {
+            return "a device";
+        }
+    }
+    "not a regular file"
 }
 
 /// Creates what is missing of a folder, tries what is to be done in it, and takes away again what was created: permissions
@@ -45,16 +90,18 @@ pub(super) fn try_in<E>(
 }
 
 /// Makes sure that a file can be written, and leaves everything as it was.
-pub fn try_out(path: &Path) -> io::Result<()> {
-    if path.is_dir() {
-        return Err(io::ErrorKind::IsADirectory.into());
-    }
-    let aside = beside(path, "probe");
-    try_in(
+///
+/// # Errors
+/// As [`write()`].
+pub fn try_out(path: &Path) -> Result<(), FileError> {
+    let path = behind_links(path)?;
+    let aside = beside(&path, "probe");
+    let tried = try_in(
         path.parent().unwrap_or(Path::new("")),
         |created| created,
         || write_flushed(&aside, b"probe").and_then(|()| fs::remove_file(&aside)),
-    )
+    );
+    Ok(tried?)
 }
 
 /// Writes a file and flushes it to disk.

@@ -13,9 +13,14 @@ use super::tree::{Entry, Node, Table, Value};
 pub struct Overlays {
     /// Partial scenario files (`--with FILE`). Tables merge, everything else is replaced.
     pub with: Vec<PathBuf>,
-    /// Single fields (`--set path=value`): the path as in `fault[0].at_s`, the value TOML, else a string.
+    /// Single fields (`--set path=value`): the path as in `fault[0].at_s`, the value TOML, else a string, unless it begins
+    /// like an array, a table or a string in quotes.
     pub set: Vec<String>,
 }
+
+/// How values are typed. Shells take away quotes that are not within quotes.
+const VALUES: &str = "values look like `[0.1, 0.2]`, `{ straight_m = 2.0 }`, `\"brick\"` or `brick`; in a shell, put the whole \
+                      argument between single quotes";
 
 /// A step of a path, with its place in the argument.
 enum Step<'a> {
@@ -34,8 +39,12 @@ pub(super) fn set(root: &mut Table, sources: &Sources, source: usize) -> Result<
     let lead = typed.len() - typed.trim_start().len();
     let value = typed.trim();
     let start = equals + 1 + lead;
-    let node = parse::value(value, source, start)
-        .unwrap_or_else(|| Node { value: Value::Text(value.to_owned()), span: Span::new(source, start..start + value.len()) });
+    let node = match parse::value(value, source, start) {
+        Ok(node) => node,
+        // It was meant as TOML: an array, a table, a string in quotes.
+        Err(finding) if value.starts_with(['[', '{', '"', '\'']) => return Err(finding.help(VALUES)),
+        Err(_) => Node { value: Value::Text(value.to_owned()), span: Span::new(source, start..start + value.len()) },
+    };
     let steps = path(&text[..equals], source)?;
     put(root, &steps, node, source)
 }

@@ -14,13 +14,19 @@ pub(super) fn document(sources: &Sources, source: usize) -> (Table, Vec<Finding>
     (self::table(table.into_inner(), source, 0), findings)
 }
 
-/// Reads one TOML value that starts at byte `offset` of its source; `None` if it is not TOML.
-pub(super) fn value(text: &str, source: usize, offset: usize) -> Option<Node> {
-    let value = DeValue::parse(text).ok()?;
-    Some(node(value, source, offset))
+/// Reads one TOML value that starts at byte `offset` of its source.
+///
+/// # Errors
+/// What keeps it from being TOML.
+pub(super) fn value(text: &str, source: usize, offset: usize) -> Result<Node, Finding> {
+    match DeValue::parse(text) {
+        Ok(value) => Ok(node(value, source, offset)),
+        Err(error) => Err(not_toml(&error, source, offset).0),
+    }
 }
 
-fn syntax(error: &Error, source: usize) -> Finding {
+/// The error at its place, and what the parser said.
+fn not_toml(error: &Error, source: usize, offset: usize) -> (Finding, &str) {
     let message = match error.message() {
         // That is what the parser says of nothing, too.
         quoted if quoted.starts_with("string values must be quoted") && error.span().is_some_and(|s| s.is_empty()) => {
@@ -28,7 +34,13 @@ fn syntax(error: &Error, source: usize) -> Finding {
         }
         message => message,
     };
-    let finding = Finding::new(Span::new(source, error.span().unwrap_or(0..0)), format!("not TOML: {message}"));
+    let range = error.span().unwrap_or(0..0);
+    let span = Span::new(source, range.start + offset..range.end + offset);
+    (Finding::new(span, format!("not TOML: {message}")), message)
+}
+
+fn syntax(error: &Error, source: usize) -> Finding {
+    let (finding, message) = not_toml(error, source, 0);
     if message.starts_with("duplicate key") {
         finding.help("a key or table stands once in a file: keep one of the two")
     } else if message.starts_with("string values must be quoted") {

@@ -87,7 +87,7 @@ pub(super) fn default_of(path: &str) -> Option<Node> {
 }
 
 fn literal(field: &Field) -> Option<Node> {
-    if let Default::Value(toml) = field.default { parse::value(toml, 0, 0) } else { None }
+    if let Default::Value(toml) = field.default { parse::value(toml, 0, 0).ok() } else { None }
 }
 
 /// Puts everything in its place. Where a value is missing or was wrong, which `checked` knows, something harmless stands in.

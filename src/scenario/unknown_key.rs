@@ -4,6 +4,7 @@ use super::check::{inside, quoted};
 use super::diagnostic::Finding;
 use super::fields::{Field, TableShape, fields};
 use super::tree::Entry;
+use super::value;
 
 /// Units that end a key, each with the SI unit it stands for and its size in that.
 const UNITS: &[(&str, &str, f64)] = &[
@@ -65,7 +66,7 @@ fn in_unit(field: &Field, entry: &Entry) -> String {
         let x = entry.node.as_number().filter(|x| x.is_finite())?;
         // Twelve digits: what a person typed, without what the division rounds.
         let converted: f64 = format!("{:.11e}", x * typed.2 / known.2).parse().ok()?;
-        Some(format!(", as in `{} = {converted}`", field.key()))
+        Some(format!(", as in `{} = {}`", field.key(), value::shown(converted)))
     };
     format!("the key is `{}`, in {}{}", field.key(), unit_name(field), example().unwrap_or_default())
 }

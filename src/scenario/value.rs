@@ -82,7 +82,13 @@ fn number(field: &Field, path: &str, node: &Node, min: f64, max: f64) -> Option<
         return Some(format!("`{path}` is {x}: it must be a finite number"));
     }
     let unit = spaced(field.unit);
-    (!(min..=max).contains(&x)).then(|| format!("`{path}` is {x}{unit}: it must be between {min} and {max}{unit}"))
+    let [low, high] = [min, max].map(shown);
+    (!(min..=max).contains(&x)).then(|| format!("`{path}` is {}{unit}: it must be between {low} and {high}{unit}", shown(x)))
+}
+
+/// A number as people read it and TOML takes it: one with many zeros by its exponent.
+pub(super) fn shown(x: f64) -> String {
+    if x == 0.0 || (1e-5..=1e15).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
 }
 
 /// What a field takes, as an article and a noun.
@@ -113,15 +119,17 @@ fn type_help(field: &Field, given: &Value) -> String {
         Value::Text(text) if is_number && leading(text.trim()).is_some() => {
             let unit = if field.unit.is_empty() { String::new() } else { format!(", in {}", field.unit) };
             let number = leading(text.trim()).unwrap_or_default();
-            format!("write the number without quotes{unit}, as in `{} = {number}`: {}", field.key(), field.sentence())
+            format!("write the number without quotes{unit}, as in `{} = {}`: {}", field.key(), shown(number), field.sentence())
         }
-        Value::Number(x) if matches!(field.kind, Kind::Integer { .. }) && x.is_finite() => {
+        // Below 2^53 every whole number is one, and it reads as it was meant.
+        Value::Number(x) if matches!(field.kind, Kind::Integer { .. }) && x.abs() <= 1e15 => {
             format!("write it without a decimal point, as in `{} = {}`: {}", field.key(), x.round(), field.sentence())
         }
         Value::Text(text) if field.kind == Kind::Flag && (text == "true" || text == "false") => {
             format!("write `{text}` without quotes: {}", field.sentence())
         }
         _ if matches!(field.kind, Kind::Word(_)) => accepted(field),
+        Value::Other(_) if let Kind::Integer { min, max } = field.kind => format!("from {min} to {max}: {}", field.sentence()),
         _ => field.sentence(),
     }
 }

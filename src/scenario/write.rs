@@ -44,7 +44,7 @@ fn load(field: &Field, scenario: &mut Scenario) -> Option<Value> {
         |values: &[f64], scale: Scale| Value::List(values.iter().map(|x| node(Value::Number(scale.in_file(*x)))).collect());
     Some(match field.slot {
         Slot::ByTable => return None,
-        Slot::Fixed(toml) => parse::value(toml, 0, 0)?.value,
+        Slot::Fixed(toml) => parse::value(toml, 0, 0).ok()?.value,
         Slot::Number(at, scale) => Value::Number(scale.in_file(*at(scenario))),
         Slot::Numbers(at, scale) => {
             let values = &*at(scenario);

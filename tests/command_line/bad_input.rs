@@ -76,6 +76,44 @@ fn arguments_are_named() {
     assert_eq!(said(&["--with", "missing.toml"])["file"], "--with missing.toml");
 }
 
+/// What begins like an array, a table or a string in quotes is not taken as a word.
+#[test]
+fn a_setting_that_is_not_quite_toml_is_told_so() {
+    let workshop = Workshop::new();
+    for (set, column) in [
+        ("robot.speed_m_s=[", 18),
+        ("duct.run = [{ straight_m = 2.0 }", 33),
+        ("surface.brick={ albedo = 0.4", 29),
+        ("name=\"short", 12),
+        ("name='short", 12),
+        ("name=[short]", 7),
+    ] {
+        let error = error(&refused(&workshop, &["check", "short.toml", "--json", "--set", set]));
+        assert_eq!((&error["file"], &error["column"]), (&json!(format!("--set {set}")), &json!(column)), "{error}");
+        assert!(error["message"].as_str().expect("words").starts_with("not TOML: "), "{error}");
+        assert!(error["help"].as_str().expect("words").contains("single quotes"), "{error}");
+    }
+}
+
+/// Three hundred digits tell nobody anything.
+#[test]
+fn huge_and_tiny_numbers_are_shown_by_their_exponents() {
+    let workshop = Workshop::new();
+    let said = |set: &str| error(&refused(&workshop, &["check", "short.toml", "--json", "--set", set]));
+    for (set, message) in [
+        ("robot.speed_m_s=1e308", "`robot.speed_m_s` is 1e308 m/s: it must be between 0.01 and 1.2 m/s"),
+        ("robot.speed_m_s=-2.5e-300", "`robot.speed_m_s` is -2.5e-300 m/s: it must be between 0.01 and 1.2 m/s"),
+        ("robot.speed_m_s=1000000", "`robot.speed_m_s` is 1000000 m/s: it must be between 0.01 and 1.2 m/s"),
+        ("robot.centre_of_mass_m=[0.0, 1e99]", "`robot.centre_of_mass_m[1]` is 1e99 m: it must be between -1 and 1 m"),
+    ] {
+        assert_eq!(said(set)["message"], message);
+    }
+    for (set, help) in [("seed=1e308", "Feeds every"), ("seed=9223372036854775808", "from 0 to 9223372036854775807: Feeds every")]
+    {
+        assert!(said(set)["help"].as_str().expect("words").starts_with(help), "{}", said(set));
+    }
+}
+
 #[test]
 fn a_command_line_that_is_not_understood_exits_2() {
     let workshop = Workshop::new();
@@ -120,5 +158,7 @@ fn help_and_version_are_no_errors() {
     for word in ["run", "render", "check", "schema", "bench", "Exit codes"] {
         assert!(help.stdout.contains(word), "{}", help.stdout);
     }
+    let help = workshop.run(&["run", "--help"]).expect(0);
+    assert!(help.stdout.contains("0 to 9223372036854775807"), "{}", help.stdout);
     assert_eq!(workshop.run(&["--version"]).expect(0).stdout, format!("ductloop {}\n", env!("CARGO_PKG_VERSION")));
 }

@@ -102,13 +102,47 @@ fn a_place_that_cannot_be_written_is_refused_beforehand() {
     assert_eq!(workshop.read("short.toml"), scenario);
     if cfg!(target_os = "linux") {
         // Root may write anywhere but here.
-        refused(&["--out", "/proc/out"], &["/proc/out", "cannot create"]);
-        refused(&["--junit", "/proc/junit.xml"], &["/proc/junit.xml", "cannot be written"]);
+        refused(&["--out", "/proc/out"], &["error: --out /proc/out: cannot create", "choose another place"]);
+        refused(&["--junit", "/proc/junit.xml"], &["--junit /proc/junit.xml: cannot be written", "choose another place"]);
     }
     workshop.write("out/short", "in the way");
-    refused(&[], &["out/short", "is a file"]);
+    refused(&[], &["out/short", "is a file", "move it away", "--out"]);
     assert_eq!(workshop.names("out"), ["short"]);
     assert_eq!(workshop.names("folder"), Vec::<String>::new());
+}
+
+/// A pipe that a CI server reads stays a pipe, and a link stays a link to what is then the report.
+#[cfg(unix)]
+#[test]
+fn what_is_not_a_regular_file_is_refused_and_links_are_followed() {
+    use std::os::unix::fs::{FileTypeExt, symlink};
+    let workshop = Workshop::new();
+    let made = std::process::Command::new("mkfifo").arg(workshop.path("pipe")).status().expect("mkfifo");
+    assert!(made.success());
+    symlink("pipe", workshop.path("frame.json")).expect("a link");
+    symlink("round.xml", workshop.path("round.xml")).expect("a link");
+    let before = workshop.names(".");
+    let words = ["is a named pipe", "only a regular file", "name a regular file"];
+    for args in [&["run", "short.toml", "--junit", "pipe"][..], &["render", "short.toml", "--at-s", "0"]] {
+        workshop.run(args).expect(2).saying(&words);
+    }
+    workshop.run(&["run", "short.toml", "--junit", "round.xml"]).expect(2).saying(&["--junit round.xml: cannot be written"]);
+    let after: Vec<_> = workshop.names(".").into_iter().filter(|name| !name.starts_with(".streams")).collect();
+    assert_eq!(after, before, "nothing is written");
+    assert!(fs::metadata(workshop.path("pipe")).expect("it").file_type().is_fifo());
+
+    workshop.write("deep/there.xml", "from the run before");
+    symlink("deep/there.xml", workshop.path("link.xml")).expect("a link");
+    symlink("link.xml", workshop.path("link-to-link.xml")).expect("a link");
+    symlink("deep/new.json", workshop.path("picture.json")).expect("a link");
+    workshop.run(&["run", "short.toml", "--junit", "link-to-link.xml"]).expect(0);
+    workshop.run(&["render", "short.toml", "--at-s", "0", "--out", "picture.png"]).expect(0);
+    assert!(workshop.read("deep/there.xml").contains("<testsuite"));
+    assert!(workshop.read("deep/new.json").contains("\"truth\""));
+    for link in ["link.xml", "link-to-link.xml", "picture.json"] {
+        assert!(fs::symlink_metadata(workshop.path(link)).expect("it").is_symlink(), "{link}");
+    }
+    assert_eq!(workshop.names("deep"), ["new.json", "there.xml"]);
 }
 
 #[test]

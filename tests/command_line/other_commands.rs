@@ -43,7 +43,7 @@ fn render_refuses_what_it_cannot_do() {
     let cases: &[(&[&str], &[&str])] = &[
         // Past the end of the run, and past the longest that it may take.
         (&["short.toml", "--at-s", "50"], &["--at-s", "finished", "before 50 s"]),
-        (&["short.toml", "--at-s", "1e300"], &["--at-s", "60 s at the latest"]),
+        (&["short.toml", "--at-s", "1e300"], &["--at-s: this is later", "60 s at the latest"]),
         (&["short.toml", "--at-s", "1", "--out", "frame.jpg"], &["frame.jpg", ".png"]),
         (&["short.toml", "--at-s", "1", "--out", "file/frame.png"], &["--out file/frame.png", "not a folder"]),
         (&["several", "--at-s", "1"], &["several", "one scenario"]),
@@ -81,6 +81,7 @@ fn the_schema_is_json_and_knows_the_fields() {
     let schema = workshop.run(&["schema"]).expect(0).json();
     assert!(schema["$schema"].as_str().expect("a dialect").starts_with("https://json-schema.org/"), "{schema}");
     assert_eq!(schema["properties"]["duct"]["properties"]["width_m"]["type"], "number");
+    assert_eq!(schema["properties"]["seed"]["maximum"], i64::MAX);
 }
 
 #[test]
