@@ -50,7 +50,9 @@ struct Shaded {
     @builtin(frag_depth) depth: f32,
 }
 
-// Light is cut here, far beyond saturation, so that four lasers on one spot stay below what a 16-bit float holds (65504).
+// Light is cut here, so that four lasers on one spot stay below what a 16-bit float holds (65504): infinity times an empty tap of
+// the point spread is not a number. It is far beyond saturation, since the point spread carries what no pixel shows to its
+// neighbours: a lower cut would dim the skirts of a bright stripe.
 const BRIGHTEST: f32 = 15000.0;
 
 // 4 ln 2: exponent of the Gaussian across a slit for (distance / full width at half maximum)^2.

@@ -70,9 +70,15 @@ pub fn speckle_terms(contrast: f64) -> [f64; 2] {
 }
 
 /// Gains of the first `pixels` pixels, of mean 1 and standard deviation `prnu`.
+///
+/// None is below 0, which a normal number may ask for from `prnu` = 0.17 on (1 / 5.9): light would be taken away, and shot
+/// noise would be the root of a negative number. At the most that `prnu` may be, 0.2, three pixels in ten million are cut.
 pub fn gains(seed: u64, prnu: f64, pixels: usize) -> impl Iterator<Item = f64> {
     let (radius, angle) = (key(seed, Stream::Gain, 0), key(seed, Stream::GainAngle, 0));
-    (0..pixels as u32).map(move |pixel| 1.0 + prnu * normals(finalise(pixel ^ radius), finalise(pixel ^ angle))[0])
+    (0..pixels as u32).map(move |pixel| {
+        let [normal, _] = normals(finalise(pixel ^ radius), finalise(pixel ^ angle));
+        (1.0 + prnu * normal).max(0.0)
+    })
 }
 
 #[cfg(test)]
@@ -121,5 +127,17 @@ mod tests {
             assert!((mean - 1.0).abs() < 0.004 + 4.0 * contrast / n.sqrt(), "{contrast}: mean {mean}");
             assert!((variance.sqrt() / contrast - 1.0).abs() < 0.004 + 8.0 / n.sqrt(), "{contrast}: {}", variance.sqrt());
         }
+    }
+
+    #[test]
+    fn no_gain_is_negative() {
+        // The seed is one of those for which an early pixel's normal number is below -5.
+        let (seed, pixel) = (1061, 421);
+        let drawn = |stream| finalise(pixel as u32 ^ key(seed, stream, 0));
+        let [normal, _] = normals(drawn(Stream::Gain), drawn(Stream::GainAngle));
+        assert!(1.0 + 0.2 * normal < -0.05, "this pixel's normal number is {normal}");
+        let gains: Vec<f64> = gains(seed, 0.2, 1000).collect();
+        assert_eq!(gains[pixel], 0.0);
+        assert!(gains.iter().enumerate().all(|(other, gain)| other == pixel || *gain > 0.0));
     }
 }

@@ -2,6 +2,10 @@
 //!
 //! The defaults are the noise that every figure of this project is quoted with. No data sheet of INCRA I's camera was found;
 //! full well and read noise are typical of a 7.4 um interline CCD (assumption).
+//!
+//! Left out: dark current and its non-uniformity between pixels (DSNU), so that no light is the same black level at every pixel,
+//! exposure and temperature; and vignetting, so that the image's corners are as bright as its middle, without the lens' cos^4
+//! or its barrel's shade. How the slits' width grows is said in [`crate::light`].
 
 /// Light and sensor.
 #[derive(Clone, Debug, PartialEq)]

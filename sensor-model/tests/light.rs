@@ -4,30 +4,11 @@
 
 mod common;
 
-use common::{LINE, LOOKS, base_at, duct, image, quiet, straight, view, wide};
-use ductloop_nav::rig::{Laser, Rig};
+use common::{LINE, LOOKS, base_at, duct, facing_wall, image, quiet, square_on, straight, view, wide};
+use ductloop_nav::rig::Rig;
 use ductloop_sensor::WgpuRenderer;
 use ductloop_sensor::noise::{self, Stream};
 use ductloop_sensor::optics::{Ccd, Optics};
-use nalgebra::{Point3, Unit, Vector3};
-
-/// The wide rig's camera with one level slit from just below it that looks straight ahead, meeting a wall squarely.
-fn square_on() -> Rig {
-    let source_in_camera = Point3::new(0.0, 0.02, 0.0);
-    let laser = Laser {
-        name: "level".to_owned(),
-        normal_in_camera: Unit::new_normalize(Vector3::y()),
-        offset_m: 0.02,
-        source_in_camera,
-        fan_rad: 1.0,
-    };
-    Rig { lasers: vec![laser], ..wide() }
-}
-
-/// A duct whose end cap is 0.3 m in front of the camera of a robot at x = 1.
-fn facing_wall() -> ductloop_duct::network::Network {
-    duct(&[straight(1.0 + 0.12 + 0.3, 0.5, 0.3)])
-}
 
 #[test]
 fn a_stripe_met_squarely_at_the_reference_has_the_peak_it_is_defined_by() {
@@ -66,19 +47,20 @@ fn the_fan_keeps_its_share_at_the_edge_and_ends_there() {
     // Row 265 is 0.27 px off the stripe's middle. Along it, at the angle a from the fan's middle, r = 0.3 / cos(a), and the wall
     // is met at a: P / (r w(r)) exp(..) fan cos(a). The source is 2 cm beside the camera, in the same plane z = 0.
     let offset_m = (265.0 - 239.5) / 378.4 * 0.3 - 0.02;
-    for column in [320_usize, 400, 480, 515] {
+    // The fan ends at 0.5 rad, column 319.5 + 378.4 tan(0.5) = 526.2; over half a degree from there, to column 530.5, it fades.
+    let fade_rad = 0.5 * std::f64::consts::PI / 180.0;
+    for column in [320_usize, 400, 480, 515, 526, 527, 528, 529, 530, 531, 532] {
         let across_m = (column as f64 - 319.5) / 378.4 * 0.3;
         let angle = libm::atan2(across_m, 0.3);
         let r = (0.3 * 0.3 + across_m * across_m + offset_m * offset_m).sqrt();
         let sigma = LINE.at(r) / 2.354_820_045;
         let share =
             libm::exp(libm::log(0.8) * (angle / 0.5) * (angle / 0.5)) * libm::exp(-(offset_m / sigma) * (offset_m / sigma) / 2.0);
-        let expected = 8.0 + 180.0 * 0.3 * LINE.at(0.3) / (r * LINE.at(r)) * share * 0.3 / r;
+        let fade = (1.0 - (angle - 0.5) / fade_rad).clamp(0.0, 1.0);
+        let expected = 8.0 + 180.0 * 0.3 * LINE.at(0.3) / (r * LINE.at(r)) * share * fade * 0.3 / r;
         let found = f64::from(pixels[265 * 640 + column]);
         assert!((found - expected).abs() < 1.0, "column {column}: {found} against {expected}");
     }
-    // The fan ends at 0.5 rad, column 319.5 + 378.4 tan(0.5) = 526.2, and has faded 0.5 degrees, 4.3 px, later.
-    assert_eq!(pixels[265 * 640 + 532], 8);
 }
 
 #[test]
@@ -209,6 +191,26 @@ fn the_graphics_device_draws_the_numbers_of_the_noise_module() {
         }
         // Half floats are 0.06 DN apart at 100 DN: up to so many of the pixels round the other way.
         assert!(apart < 1600 / 10, "frame {frame}: {apart} of 1600 pixels differ");
+    }
+}
+
+#[test]
+fn a_pixel_that_is_blind_is_black_however_much_light_it_gets() {
+    // The seed is one for which a pixel of the first row, at the widest spread of gains, has none.
+    let (seed, pixel) = (1061, 421);
+    let ccd = Ccd { prnu: 0.2, ..Ccd::default() };
+    assert_eq!(noise::gains(seed, ccd.prnu, pixel + 1).last(), Some(0.0));
+    let Some(gpu) = common::gpu() else { return };
+    let rig = square_on();
+    let optics = Optics { headlamp_peak_dn: 200.0, ccd, ..Optics::default() };
+    let mut renderer = WgpuRenderer::new(gpu, &facing_wall(), &rig, &optics, &LOOKS, seed).unwrap();
+    let mut view = view(&rig, &base_at(1.0, 0.0, 0.0));
+    for frame in 0..5 {
+        view.frame = frame;
+        let pixels = image(&mut renderer, &rig, &view);
+        // Read noise is 0.12 DN: four of its standard deviations are still rounded away.
+        assert_eq!(pixels[pixel], 8, "frame {frame}");
+        assert!(pixels[pixel - 1] > 40 && pixels[pixel + 1] > 40, "frame {frame}: the pixels beside it are lit");
     }
 }
 

@@ -61,6 +61,19 @@ pub fn wide() -> Rig {
     }
 }
 
+/// The wide rig's camera with one level slit from just below it that looks straight ahead, meeting a wall squarely.
+pub fn square_on() -> Rig {
+    let source_in_camera = Point3::new(0.0, 0.02, 0.0);
+    let laser = Laser {
+        name: "level".to_owned(),
+        normal_in_camera: Unit::new_normalize(Vector3::y()),
+        offset_m: 0.02,
+        source_in_camera,
+        fan_rad: 1.0,
+    };
+    Rig { lasers: vec![laser], ..wide() }
+}
+
 /// INCRA I's rig as recovered from the paper's tables, looking right. Fans of 60 degrees (assumption: the tables say nothing).
 pub fn incra1() -> Rig {
     let laser = |name: &str, normal: [f64; 3], offset_m: f64| {
@@ -95,6 +108,11 @@ pub fn elbow(angle_deg: f64, throat_radius_m: f64, width_m: f64, height_m: f64) 
 /// Fittings in a row, open behind, capped ahead.
 pub fn duct(fittings: &[Fitting]) -> Network {
     Network::from_run(fittings, End::Open, End::Cap).unwrap()
+}
+
+/// A duct whose end cap is 0.3 m in front of the camera of a robot at x = 1.
+pub fn facing_wall() -> Network {
+    duct(&[straight(1.0 + 0.12 + 0.3, 0.5, 0.3)])
 }
 
 /// Sheet metal of albedo 1/2, and a second surface a little darker.
