@@ -97,4 +97,21 @@ mod tests {
             }
         }
     }
+
+    /// A wall that leans, or that the stripes make look so, is as far away as it is level with the camera.
+    #[test]
+    fn a_leaning_wall_is_measured_level_with_the_camera() {
+        let mount = Mount { position_in_base_m: Point3::new(0.12, 0.0, 0.1), roll_rad: 0.0, rest: MountAngles::default() };
+        let base_from_camera = mount.base_from_camera(mount.rest);
+        for (wall, side) in [(Wall::Left, 1.0), (Wall::Right, -1.0)] {
+            let (s, c) = libm::sincos(0.17);
+            let normal_in_base = Vector3::new(0.0, side * c, s);
+            // Through the point 0.25 m beside the camera, level with it.
+            let distance_m = normal_in_base.dot(&Vector3::new(0.0, side * 0.25, 0.0));
+            let normal = Unit::new_unchecked(base_from_camera.rotation.inverse() * normal_in_base);
+            let (seen, measured) = measure(&WallPlane { normal, distance_m }, &base_from_camera, 1, 0.6).expect("a side wall");
+            assert_eq!(seen, wall);
+            assert!((measured.distance_m - 0.25).abs() < 1e-12, "{measured:?}");
+        }
+    }
 }
