@@ -10,7 +10,7 @@ use crate::angle::{rotation_about_x, rotation_about_y, rotation_about_z};
 /// Rigid transform between two of the robot's frames.
 pub type Transform = nalgebra::Isometry3<f64>;
 
-/// A pinhole camera.
+/// A camera: a pinhole behind a lens that may distort.
 ///
 /// Camera frame: x toward increasing column u, y toward increasing row v, z along the view. Pixel (0, 0) is the *centre* of
 /// the first pixel, so the image covers u from -0.5 to `width_px - 0.5`.
@@ -24,6 +24,35 @@ pub struct Camera {
     pub focal_px: [f64; 2],
     /// Principal point (u, v), in pixels.
     pub centre_px: [f64; 2],
+    /// How the lens bends straight lines.
+    pub distortion: Distortion,
+}
+
+/// Distortion of a lens after Brown (Photogrammetric Engineering 37(8), 1971) and Conrady, in the form and order of `OpenCV`.
+///
+/// A point of the camera frame with x = X/Z, y = Y/Z and r^2 = x^2 + y^2 is seen at u = `fx` x' + `u0`, v = `fy` y' + `v0`, where
+///
+/// ```text
+/// x' = x (1 + k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x y + p2 (r^2 + 2 x^2)
+/// y' = y (1 + k1 r^2 + k2 r^4 + k3 r^6) + p1 (r^2 + 2 y^2) + 2 p2 x y
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Distortion {
+    /// Radial, of r^2.
+    pub k1: f64,
+    /// Radial, of r^4.
+    pub k2: f64,
+    /// Tangential, along v.
+    pub p1: f64,
+    /// Tangential, along u.
+    pub p2: f64,
+    /// Radial, of r^6.
+    pub k3: f64,
+}
+
+impl Distortion {
+    /// No distortion: a pinhole.
+    pub const NONE: Self = Self { k1: 0.0, k2: 0.0, p1: 0.0, p2: 0.0, k3: 0.0 };
 }
 
 /// Where the camera stands on the robot, and where the mount points it.
@@ -232,7 +261,7 @@ mod tests {
         let source = Point3::new(0.0, 0.06, 0.0);
         let normal = Unit::new_normalize(Vector3::new(0.0, 1.0, 0.1));
         Rig {
-            camera: Camera { width_px: 640, height_px: 480, focal_px: [400.0; 2], centre_px: [319.5, 239.5] },
+            camera: Camera { width_px: 640, height_px: 480, focal_px: [400.0; 2], centre_px: [319.5, 239.5], distortion: Distortion::NONE },
             mount: Mount { position_in_base_m: Point3::origin(), roll_rad: 0.0, rest: MountAngles::default() },
             lasers: vec![Laser {
                 name: "low".into(),

@@ -37,7 +37,7 @@ fn render(criterion: &mut Criterion) {
         criterion.bench_function(name, |b| {
             b.iter(|| {
                 view.frame += 1;
-                renderer.render(&view, &mut image).expect("the camera is in the duct");
+                renderer.render(&view, image.as_mut_slice().into()).expect("the camera is in the duct");
             });
         });
     }

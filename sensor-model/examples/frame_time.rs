@@ -20,13 +20,13 @@ fn main() {
         let optics = Optics { noise, ..Optics::default() };
         let opened = Instant::now();
         let mut renderer = WgpuRenderer::new(gpu, &network, &rig, &optics, &LOOKS, 1).expect("the rig and the optics are sound");
-        renderer.render(&view, &mut image).expect("the camera is in the duct");
+        renderer.render(&view, image.as_mut_slice().into()).expect("the camera is in the duct");
         let first_ms = opened.elapsed().as_secs_f64() * 1e3;
         let mut times_ms: Vec<f64> = (0..300)
             .map(|frame| {
                 view.frame = frame;
                 let start = Instant::now();
-                renderer.render(&view, &mut image).expect("the camera is in the duct");
+                renderer.render(&view, image.as_mut_slice().into()).expect("the camera is in the duct");
                 start.elapsed().as_secs_f64() * 1e3
             })
             .collect();

@@ -95,7 +95,7 @@ impl CameraBlock {
 impl LaserBlock {
     /// The block at nominal exposure and power.
     pub(crate) fn new(laser: &Laser, line: &LineWidth, optics: &Optics) -> Self {
-        let fan = Fan::of(laser);
+        let fan = Fan::of(laser, optics.fan_profile);
         let single = |v: &Vector3<f64>| [v.x as f32, v.y as f32, v.z as f32];
         Self {
             normal: single(&laser.normal_in_camera),
@@ -103,9 +103,9 @@ impl LaserBlock {
             source: single(&laser.source_in_camera.coords),
             strength: laser_strength(optics, line) as f32,
             along: single(&fan.along),
-            half_rad: fan.half_rad as f32,
+            half_rad: fan.reach_rad as f32,
             across: single(&fan.across),
-            fan_exponent: fan.exponent(optics.fan_edge) as f32,
+            fan_exponent: fan.exponent as f32,
             fade: (1.0 / FAN_FADE_RAD) as f32,
             unused: [0.0; 3],
         }
@@ -121,7 +121,7 @@ impl CcdBlock {
     /// The block without a frame's keys.
     pub(crate) fn new(camera: &Camera, optics: &Optics) -> Self {
         Self {
-            taps: psf_taps(optics.psf_sigma_px).map(|tap| tap as f32),
+            taps: psf_taps(optics.lens.psf_sigma_px).map(|tap| tap as f32),
             width: camera.width_px as u32,
             height: camera.height_px as u32,
             stride: camera.width_px.div_ceil(4) as u32,

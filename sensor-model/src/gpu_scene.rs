@@ -12,6 +12,7 @@ use nalgebra::{Point3, Translation3, Vector3};
 use crate::Transform;
 use crate::beam::{Beam, Sight, clip_top};
 use crate::light::{CUT_SIGMAS, FAN_FADE_RAD, FWHM_PER_SIGMA, Fan, PSF_RADIUS, RANGE_M};
+use crate::optics::Optics;
 use crate::scenery::{Body, Scenery};
 
 /// A corner of a triangle. Everything but the position is the same at all corners.
@@ -63,7 +64,7 @@ pub(crate) struct Scene {
 
 impl Slit {
     fn new(line: &LineWidth, source: Vector3<f64>, normal: Vector3<f64>, fan: &Fan) -> Self {
-        let (s, c) = libm::sincos(fan.half_rad + FAN_FADE_RAD);
+        let (s, c) = libm::sincos(fan.reach_rad + FAN_FADE_RAD);
         let per_width = CUT_SIGMAS / FWHM_PER_SIGMA;
         // Within the fan, distance from the source is at most the distance along its middle over the cosine of half its angle.
         let growth = fan.along * (per_width * line.growth_rad / c);
@@ -77,12 +78,12 @@ impl Slit {
 }
 
 impl Scene {
-    pub(crate) fn new(rig: &Rig, scenery: &Scenery) -> Self {
+    pub(crate) fn new(rig: &Rig, optics: &Optics, scenery: &Scenery) -> Self {
         let slits = rig
             .lasers
             .iter()
             .map(|laser| {
-                Slit::new(&rig.line, laser.source_in_camera.coords, laser.normal_in_camera.into_inner(), &Fan::of(laser))
+                Slit::new(&rig.line, laser.source_in_camera.coords, laser.normal_in_camera.into_inner(), &Fan::of(laser, optics.fan_profile))
             })
             .collect();
         Self {
@@ -109,7 +110,7 @@ impl Scene {
         let vertices = &mut self.vertices;
         self.beam.trace(scenery, &camera_from_world, cell, &self.frustum, RANGE_M, &mut |sight| {
             let plane = sight.sheet.plane.transformed(&camera_from_world);
-            fan_out(vertices, sight.sheet.outline.iter().map(|p| camera_from_world * p), &plane, sight.sheet.albedo, [0, 0]);
+            fan_out(vertices, sight.sheet.outline.iter().map(|p| camera_from_world * p), &plane, scenery.look(sight.sheet).albedo, [0, 0]);
         });
         self.sheets = 0..self.vertices.len() as u32;
 
@@ -159,7 +160,7 @@ impl Scene {
             }
         }
         let casters = [first_caster, self.casters.len() as u32 - first_caster];
-        fan_out(&mut self.vertices, self.points.iter().copied(), &plane, sight.sheet.albedo, casters);
+        fan_out(&mut self.vertices, self.points.iter().copied(), &plane, scenery.look(sight.sheet).albedo, casters);
     }
 
     /// Where a body's planes are in `self.planes`; they are put there when it is asked for first in a frame.

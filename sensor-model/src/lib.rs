@@ -15,11 +15,13 @@
 #![forbid(unsafe_code)]
 
 pub mod beam;
+pub mod lens;
 pub mod light;
 pub mod noise;
 pub mod optics;
 pub mod renderer;
 pub mod scenery;
+pub mod surface;
 
 #[cfg(feature = "wgpu")]
 pub mod gpu;

@@ -17,7 +17,7 @@
 use ductloop_nav::rig::{Laser, LineWidth};
 use nalgebra::Vector3;
 
-use crate::optics::{Optics, REFERENCE_ALBEDO, REFERENCE_M};
+use crate::optics::{FanProfile, Optics, REFERENCE_ALBEDO, REFERENCE_M};
 
 /// Full width at half maximum of a Gaussian over its standard deviation, 2 sqrt(2 ln 2).
 pub const FWHM_PER_SIGMA: f64 = 2.354_820_045_030_949_3;
@@ -63,28 +63,40 @@ pub fn psf_taps(sigma_px: f64) -> [f64; PSF_RADIUS + 1] {
     taps.map(|tap| tap / sum)
 }
 
-/// A fan of laser light, in the camera's axes.
+/// A fan of laser light, in the camera's axes: at an angle from its middle it has the share
+/// `exp(exponent angle^2) * clamp(1 - (|angle| - reach) / FAN_FADE_RAD, 0, 1)` of the middle's light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fan {
     /// Middle of the fan: the direction in the plane nearest to the line of sight.
     pub along: Vector3<f64>,
     /// The direction in the plane square to it.
     pub across: Vector3<f64>,
-    /// Half the opening angle, in radians.
-    pub half_rad: f64,
+    /// Of the Gaussian along the fan, in 1/rad^2; not positive.
+    pub exponent: f64,
+    /// Angle from the middle at which the light begins to fade to nothing, in radians.
+    pub reach_rad: f64,
 }
 
 impl Fan {
     /// The fan of a laser. A plane square to the line of sight, in which no direction is nearest, takes the camera's x.
-    pub fn of(laser: &Laser) -> Self {
+    pub fn of(laser: &Laser, profile: FanProfile) -> Self {
+        /// Beyond this many half angles a cylinder lens' Gaussian is below 0.3 % of its middle.
+        const CYLINDER_REACH: f64 = 1.7;
+        const REACH_MAX_RAD: f64 = FAN_MAX_DEG / 2.0 * std::f64::consts::PI / 180.0;
         let normal = laser.normal_in_camera.into_inner();
         let in_plane = |axis: Vector3<f64>| axis - normal * normal.dot(&axis);
         let along = in_plane(Vector3::z()).try_normalize(1e-6).unwrap_or_else(|| in_plane(Vector3::x()).normalize());
-        Self { along, across: normal.cross(&along), half_rad: laser.fan_rad / 2.0 }
+        let half_rad = laser.fan_rad / 2.0;
+        let (edge_log, reach_rad) = match profile {
+            FanProfile::Powell { edge } => (libm::log(edge), half_rad),
+            FanProfile::Cylinder => (-2.0, (CYLINDER_REACH * half_rad).min(REACH_MAX_RAD)),
+        };
+        Self { along, across: normal.cross(&along), exponent: edge_log / (half_rad * half_rad), reach_rad }
     }
 
-    /// k of the profile exp(k angle^2), in 1/rad^2: at `half_rad` the share `edge` of the middle is left.
-    pub fn exponent(&self, edge: f64) -> f64 {
-        libm::log(edge) / (self.half_rad * self.half_rad)
+    /// Share of the middle's light at an angle from it, in radians.
+    pub fn profile(&self, angle_rad: f64) -> f64 {
+        let fade = (1.0 - (angle_rad.abs() - self.reach_rad) / FAN_FADE_RAD).clamp(0.0, 1.0);
+        libm::exp(self.exponent * angle_rad * angle_rad) * fade
     }
 }

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use crate::Transform;
 use crate::light::FAN_MAX_DEG;
-use crate::optics::OpticsError;
+use crate::optics::{Bits, OpticsError};
 
 /// Laser slits that a rig may have.
 pub const MAX_LASERS: usize = 4;
@@ -14,8 +14,11 @@ pub const MAX_LASERS: usize = 4;
 /// What changes from frame to frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
-    /// Pose of the camera (frame: x along the rows, y down the columns, z along the view) in the world.
+    /// Pose of the camera (frame: x along the rows, y down the columns, z along the view) in the world, in the middle of the
+    /// exposure.
     pub world_from_camera: Transform,
+    /// How the camera, and the lasers with it, move meanwhile.
+    pub motion: Motion,
     /// Number of the frame: chooses its random numbers.
     pub frame: u64,
     /// Exposure, in seconds.
@@ -26,13 +29,60 @@ pub struct View {
     pub headlamp_power: f64,
 }
 
+/// Velocity of a camera.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Motion {
+    /// Of its centre, in the world, in m/s.
+    pub linear_m_s: Vector3<f64>,
+    /// Of its axes, in the world, in rad/s.
+    pub angular_rad_s: Vector3<f64>,
+}
+
+/// Room for an image: `width * height` grey values, row by row from the top left.
+#[derive(Debug)]
+pub enum ImageMut<'a> {
+    /// For a CCD of 8 bits.
+    Grey8(&'a mut [u8]),
+    /// For one of 10 or 12 bits.
+    Grey16(&'a mut [u16]),
+}
+
 /// Makes camera images.
 pub trait Renderer: Send {
-    /// Renders one frame into `image`: `width * height` grey values, row by row from the top left.
+    /// Renders one frame into `image`.
     ///
     /// # Errors
     /// When the image could not be made; `image` is then as it was.
-    fn render(&mut self, view: &View, image: &mut [u8]) -> Result<(), RenderError>;
+    fn render(&mut self, view: &View, image: ImageMut<'_>) -> Result<(), RenderError>;
+}
+
+impl ImageMut<'_> {
+    /// Checks that an image of this camera and depth fits.
+    ///
+    /// # Errors
+    /// [`RenderError::BufferSize`] or [`RenderError::BufferBits`].
+    pub fn check(&self, pixels: usize, bits: Bits) -> Result<(), RenderError> {
+        let (given, deep) = match self {
+            Self::Grey8(values) => (values.len(), false),
+            Self::Grey16(values) => (values.len(), true),
+        };
+        if deep != (bits != Bits::Eight) {
+            return Err(RenderError::BufferBits { bits: bits.count() });
+        }
+        if given == pixels { Ok(()) } else { Err(RenderError::BufferSize { expected: pixels, given }) }
+    }
+}
+
+impl<'a> From<&'a mut [u8]> for ImageMut<'a> {
+    fn from(values: &'a mut [u8]) -> Self {
+        Self::Grey8(values)
+    }
+}
+
+impl<'a> From<&'a mut [u16]> for ImageMut<'a> {
+    fn from(values: &'a mut [u16]) -> Self {
+        Self::Grey16(values)
+    }
 }
 
 /// Why there is no image.
@@ -62,6 +112,12 @@ pub enum RenderError {
         position_m: [f64; 3],
         /// Line of sight, in the world.
         direction: [f64; 3],
+    },
+    /// The buffer for the image has values of another size than the CCD's.
+    #[error("a CCD of {bits} bits fills {} values", if *bits == 8 { "8-bit" } else { "16-bit" })]
+    BufferBits {
+        /// Bits of the CCD.
+        bits: u32,
     },
     /// The buffer for the image has the wrong size.
     #[error("the image buffer holds {given} pixels; the camera has {expected}")]
@@ -110,10 +166,29 @@ pub enum RenderError {
         /// Entries of the table.
         looks: usize,
     },
-    /// A surface scatters less than nothing or more than it gets.
-    #[error("an albedo of {0}; it must be from 0 to 1")]
-    Albedo(f64),
-    /// Exposure or a power is negative or not a number.
+    /// A surface that cannot be.
+    #[error("surface {index} of the duct: {field} is {value}; it must be {bound}")]
+    Look {
+        /// Its place in the table of looks.
+        index: usize,
+        /// The field's name.
+        field: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        bound: &'static str,
+    },
+    /// The lens' distortion cannot be undone.
+    #[error(
+        "the lens' distortion folds the image: no single ray belongs to pixel ({u_px:.0}, {v_px:.0}); smaller coefficients are needed"
+    )]
+    Distortion {
+        /// Where it was found, along u.
+        u_px: f64,
+        /// Along v.
+        v_px: f64,
+    },
+    /// Exposure or a power is negative or not a number, or the motion is no number.
     #[error("{what} is {value}; it must be finite and not negative")]
     ViewValue {
         /// Which value.
@@ -139,6 +214,13 @@ impl View {
         let rest = [("the exposure, in seconds,", self.exposure_s), ("the headlamp's power", self.headlamp_power)];
         for (what, value) in rest.into_iter().chain(powers) {
             if !(value >= 0.0 && value.is_finite()) {
+                return Err(RenderError::ViewValue { what, value });
+            }
+        }
+        let Motion { linear_m_s, angular_rad_s } = &self.motion;
+        for (what, velocity) in [("the camera's speed, in m/s,", linear_m_s), ("its turning, in rad/s,", angular_rad_s)] {
+            let value = velocity.norm();
+            if !value.is_finite() {
                 return Err(RenderError::ViewValue { what, value });
             }
         }

@@ -7,8 +7,8 @@ use ductloop_duct::cell::{Beyond, Cell, CellId, Face, Plane, Solid, SurfaceId};
 use ductloop_duct::network::Network;
 use nalgebra::{Point3, Vector3};
 
-use crate::optics::Look;
 use crate::renderer::RenderError;
+use crate::surface::Look;
 
 /// Smaller pieces of surface than this are left out, in square metres: they are rounding, not geometry.
 const AREA_MIN_M2: f64 = 1e-10;
@@ -16,13 +16,22 @@ const AREA_MIN_M2: f64 = 1e-10;
 /// A convex piece of surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sheet {
+    /// Its place among all sheets of the scenery.
+    pub id: SheetId,
     /// Its outline.
     pub outline: Vec<Point3<f64>>,
     /// Its plane; the normal points away from the side that can be seen.
     pub plane: Plane,
-    /// Share of the light that it scatters.
-    pub albedo: f64,
+    /// What it is made of.
+    pub surface: SurfaceId,
+    /// The body whose face it is, an index into [`Scenery::bodies`]; `None` for a wall.
+    pub body: Option<usize>,
+    /// The cell that it is in.
+    pub cell: CellId,
 }
+
+/// Number of a sheet.
+pub type SheetId = usize;
 
 /// A way from a cell into the next.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,6 +44,15 @@ pub struct Opening {
     pub beyond: CellId,
 }
 
+/// An end of the network without a cap.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grille {
+    /// Its outline.
+    pub outline: Vec<Point3<f64>>,
+    /// Plane of the face that it is in; the normal points out of the cell.
+    pub plane: Plane,
+}
+
 /// A body that casts shadows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
@@ -42,6 +60,8 @@ pub struct Body {
     pub planes: Vec<Plane>,
     /// Its corners.
     pub corners: Vec<Point3<f64>>,
+    /// Pairs of corners that an edge joins.
+    pub edges: Vec<[usize; 2]>,
 }
 
 /// A cell as light sees it.
@@ -51,6 +71,8 @@ pub struct Room {
     pub sheets: Vec<Sheet>,
     /// What it passes through into other cells.
     pub openings: Vec<Opening>,
+    /// Where it comes in from the open, and is lost to it: outlines whose planes' normals point out of the cell.
+    pub grilles: Vec<Grille>,
     /// Indices into [`Scenery::bodies`].
     pub bodies: Vec<usize>,
 }
@@ -62,42 +84,91 @@ pub struct Scenery {
     pub rooms: Vec<Room>,
     /// The solids of all cells. One that reaches into two cells is here twice: it casts the same shadow.
     pub bodies: Vec<Body>,
+    /// Number of sheets in all rooms.
+    pub sheets: usize,
+    /// What surfaces look like, by their numbers.
+    pub looks: Vec<Look>,
     network: Network,
+}
+
+impl Body {
+    fn of(solid: &Solid) -> Self {
+        /// Distance up to which a corner belongs to a plane, in metres.
+        const ON_PLANE_M: f64 = 1e-7;
+        let on = |corner: &Point3<f64>, plane: &Plane| plane.distance(corner).abs() < ON_PLANE_M;
+        let corners = &solid.corners;
+        let joined = |a: usize, b: usize| solid.planes.iter().filter(|p| on(&corners[a], p) && on(&corners[b], p)).count() >= 2;
+        let pairs = (0..corners.len()).flat_map(|a| (a + 1..corners.len()).map(move |b| [a, b]));
+        let edges = pairs.filter(|[a, b]| joined(*a, *b)).collect();
+        Self { planes: solid.planes.clone(), corners: corners.clone(), edges }
+    }
 }
 
 impl Scenery {
     /// Prepares a network; `looks` is indexed by surface.
     ///
     /// # Errors
-    /// [`RenderError::NoLook`] for a surface without an entry, [`RenderError::Albedo`] for one out of bounds.
+    /// [`RenderError::NoLook`] for a surface without an entry, [`RenderError::Look`] for one out of bounds.
     pub fn new(network: &Network, looks: &[Look]) -> Result<Self, RenderError> {
-        if let Some(look) = looks.iter().find(|look| !(0.0..=1.0).contains(&look.albedo)) {
-            return Err(RenderError::Albedo(look.albedo));
+        for (index, look) in looks.iter().enumerate() {
+            if let Some((field, value, bound)) = look.fault() {
+                return Err(RenderError::Look { index, field, value, bound });
+            }
         }
-        let albedo = |surface: SurfaceId| {
-            looks.get(usize::from(surface.0)).map(|l| l.albedo).ok_or(RenderError::NoLook { surface, looks: looks.len() })
+        let known = |surface: SurfaceId| match looks.get(usize::from(surface.0)) {
+            Some(_) => Ok(surface),
+            None => Err(RenderError::NoLook { surface, looks: looks.len() }),
         };
         let mut bodies = Vec::new();
         let mut rooms = Vec::with_capacity(network.cells.len());
-        for cell in &network.cells {
-            let mut room = Room { sheets: Vec::new(), openings: Vec::new(), bodies: Vec::new() };
+        let mut sheets = 0;
+        let mut id = || {
+            sheets += 1;
+            sheets - 1
+        };
+        for (cell_id, cell) in network.cells.iter().enumerate() {
+            let mut room = Room { sheets: Vec::new(), openings: Vec::new(), grilles: Vec::new(), bodies: Vec::new() };
             for face in &cell.faces {
-                let albedo = albedo(face.surface)?;
-                room.sheets.extend(closed_parts(face).into_iter().map(|outline| Sheet { outline, plane: face.plane, albedo }));
-                room.openings.extend(face.portals.iter().filter_map(|portal| match portal.beyond {
-                    Beyond::Outside => None,
-                    Beyond::Cell(beyond) => Some(Opening { outline: portal.outline.clone(), plane: face.plane, beyond }),
+                let surface = known(face.surface)?;
+                let plane = face.plane;
+                room.sheets.extend(closed_parts(face).into_iter().map(|outline| Sheet {
+                    id: id(),
+                    outline,
+                    plane,
+                    surface,
+                    body: None,
+                    cell: cell_id,
                 }));
+                for portal in &face.portals {
+                    let outline = portal.outline.clone();
+                    match portal.beyond {
+                        Beyond::Outside => room.grilles.push(Grille { outline, plane }),
+                        Beyond::Cell(beyond) => room.openings.push(Opening { outline, plane, beyond }),
+                    }
+                }
             }
             for solid in &cell.solids {
-                let albedo = albedo(solid.surface)?;
+                let surface = known(solid.surface)?;
+                let body = Some(bodies.len());
                 room.bodies.push(bodies.len());
-                bodies.push(Body { planes: solid.planes.clone(), corners: solid.corners.clone() });
-                room.sheets.extend(faces_within(solid, cell).map(|(plane, outline)| Sheet { outline, plane, albedo }));
+                bodies.push(Body::of(solid));
+                room.sheets.extend(faces_within(solid, cell).map(|(plane, outline)| Sheet {
+                    id: id(),
+                    outline,
+                    plane,
+                    surface,
+                    body,
+                    cell: cell_id,
+                }));
             }
             rooms.push(room);
         }
-        Ok(Self { rooms, bodies, network: network.clone() })
+        Ok(Self { rooms, bodies, sheets, looks: looks.to_vec(), network: network.clone() })
+    }
+
+    /// What a sheet looks like.
+    pub fn look(&self, sheet: &Sheet) -> &Look {
+        &self.looks[usize::from(sheet.surface.0)]
     }
 
     /// The cell that holds a point, looked for from `near` through portals; `None` outside the network.

@@ -8,10 +8,11 @@ use crate::gpu_buffers::{CameraBlock, CcdBlock, FrameBuffer, LaserBlock, create,
 use crate::gpu_scene::Scene;
 use crate::light::FAN_MAX_DEG;
 use crate::noise;
-use crate::optics::{Look, Optics};
+use crate::optics::Optics;
 use crate::pipelines::{DEPTH_FORMAT, EXPOSE_GROUP, EXPOSE_ROWS, LIGHT_FORMAT, Pipelines};
-use crate::renderer::{MAX_LASERS, RenderError, Renderer, View};
+use crate::renderer::{ImageMut, MAX_LASERS, RenderError, Renderer, View};
 use crate::scenery::Scenery;
+use crate::surface::Look;
 
 /// Distance of two blocks in the uniform buffer: what every device accepts as a dynamic offset.
 const BLOCK_BYTES: u64 = 256;
@@ -65,7 +66,7 @@ impl WgpuRenderer {
             }
         }
         let scenery = Scenery::new(network, looks)?;
-        let scene = Scene::new(rig, &scenery);
+        let scene = Scene::new(rig, optics, &scenery);
 
         let (width_px, height_px) = (rig.camera.width_px, rig.camera.height_px);
         let device = gpu.device();
@@ -244,11 +245,9 @@ impl WgpuRenderer {
 }
 
 impl Renderer for WgpuRenderer {
-    fn render(&mut self, view: &View, image: &mut [u8]) -> Result<(), RenderError> {
-        let expected = self.width_px * self.height_px;
-        if image.len() != expected {
-            return Err(RenderError::BufferSize { expected, given: image.len() });
-        }
+    fn render(&mut self, view: &View, image: ImageMut<'_>) -> Result<(), RenderError> {
+        image.check(self.width_px * self.height_px, self.optics.ccd.bits)?;
+        let ImageMut::Grey8(image) = image else { return Err(RenderError::BufferBits { bits: 8 }) };
         view.validate()?;
         self.gpu.check()?;
         if !self.scene.build(&self.scenery, &view.world_from_camera, |laser| view.laser_power[laser] > 0.0) {

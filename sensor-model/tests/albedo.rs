@@ -7,7 +7,8 @@ use common::{base_at, duct, image, quiet, straight, view, wide};
 use ductloop_duct::cell::{Solid, SurfaceId};
 use ductloop_duct::fitting::Fitting;
 use ductloop_duct::network::Network;
-use ductloop_sensor::optics::{Look, Optics};
+use ductloop_sensor::optics::{Lens, Optics};
+use ductloop_sensor::surface::Look;
 use ductloop_sensor::{Transform, WgpuRenderer};
 use nalgebra::Vector3;
 
@@ -15,8 +16,8 @@ use nalgebra::Vector3;
 fn by_laser_and_by_lamp(network: &Network, albedos: &[f64]) -> Option<[Vec<u8>; 2]> {
     let gpu = common::gpu()?;
     let rig = wide();
-    let looks: Vec<_> = albedos.iter().map(|albedo| Look { albedo: *albedo }).collect();
-    let optics = Optics { psf_sigma_px: 0.0, headlamp_peak_dn: 100.0, ..quiet() };
+    let looks: Vec<_> = albedos.iter().map(|albedo| Look::matt(*albedo)).collect();
+    let optics = Optics { lens: Lens { psf_sigma_px: 0.0, ..Lens::default() }, headlamp_peak_dn: 100.0, ..quiet() };
     let mut renderer = WgpuRenderer::new(gpu, network, &rig, &optics, &looks, 1).expect("the rig and the optics are sound");
     Some([[1.0, 0.0], [0.0, 1.0]].map(|[lasers, lamp]| {
         let mut view = view(&rig, &base_at(1.5, 0.0, 0.0));

@@ -8,14 +8,14 @@ use common::{LINE, LOOKS, base_at, duct, facing_wall, image, quiet, square_on, s
 use ductloop_nav::rig::Rig;
 use ductloop_sensor::WgpuRenderer;
 use ductloop_sensor::noise::{self, Stream};
-use ductloop_sensor::optics::{Ccd, Optics};
+use ductloop_sensor::optics::{Ccd, Lens, Optics};
 
 #[test]
 fn a_stripe_met_squarely_at_the_reference_has_the_peak_it_is_defined_by() {
     let Some(gpu) = common::gpu() else { return };
     let rig = square_on();
     for sigma_px in [0.0, 0.6, 1.1] {
-        let optics = Optics { psf_sigma_px: sigma_px, ..quiet() };
+        let optics = Optics { lens: Lens { psf_sigma_px: sigma_px, ..Lens::default() }, ..quiet() };
         let mut renderer = WgpuRenderer::new(gpu, &facing_wall(), &rig, &optics, &LOOKS, 1).unwrap();
         let mut view = view(&rig, &base_at(1.0, 0.0, 0.0));
         view.headlamp_power = 0.0;
@@ -40,7 +40,7 @@ fn a_stripe_met_squarely_at_the_reference_has_the_peak_it_is_defined_by() {
 fn the_fan_keeps_its_share_at_the_edge_and_ends_there() {
     let Some(gpu) = common::gpu() else { return };
     let rig = square_on();
-    let mut renderer = WgpuRenderer::new(gpu, &facing_wall(), &rig, &Optics { psf_sigma_px: 0.0, ..quiet() }, &LOOKS, 1).unwrap();
+    let mut renderer = WgpuRenderer::new(gpu, &facing_wall(), &rig, &Optics { lens: Lens { psf_sigma_px: 0.0, ..Lens::default() }, ..quiet() }, &LOOKS, 1).unwrap();
     let mut view = view(&rig, &base_at(1.0, 0.0, 0.0));
     view.headlamp_power = 0.0;
     let pixels = image(&mut renderer, &rig, &view);

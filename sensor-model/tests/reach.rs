@@ -6,7 +6,7 @@ mod common;
 use common::{LINE, LOOKS, base_at, duct, facing_wall, image, quiet, square_on, straight, view};
 use ductloop_sensor::WgpuRenderer;
 use ductloop_sensor::light::{FWHM_PER_SIGMA, psf_taps};
-use ductloop_sensor::optics::Optics;
+use ductloop_sensor::optics::{Lens, Optics};
 use ductloop_sensor::renderer::View;
 
 /// The four images' pixels about the principal point at which an end cap is compared: it spans 7.7 x 4.6 px at 24.5 m.
@@ -21,7 +21,7 @@ fn cap_behind_an_opening(opening_m: f64) -> Option<[Vec<u8>; 2]> {
     let rig = square_on();
     let network = duct(&[straight(1.0 + 0.12 + opening_m, 0.5, 0.3), straight(0.5, 0.5, 0.3)]);
     // No point spread: it would bring in the light of the nearer walls, hundreds of times brighter.
-    let optics = Optics { psf_sigma_px: 0.0, stripe_peak_dn: 150.0, headlamp_peak_dn: 150.0, ..quiet() };
+    let optics = Optics { lens: Lens { psf_sigma_px: 0.0, ..Lens::default() }, stripe_peak_dn: 150.0, headlamp_peak_dn: 150.0, ..quiet() };
     let mut renderer = WgpuRenderer::new(gpu, &network, &rig, &optics, &LOOKS, 1).expect("the rig and the optics are sound");
     let dark = View { laser_power: [0.0; 4], headlamp_power: 0.0, ..view(&rig, &base_at(1.0, 0.0, 0.0)) };
     let r = opening_m + 0.5;
@@ -73,7 +73,7 @@ fn the_skirts_of_a_stripe_far_beyond_saturation_are_those_of_its_full_light() {
     const PEAK_DN: f64 = 50.0 * 180.0;
     let Some(gpu) = common::gpu() else { return };
     let rig = square_on();
-    let optics = Optics { psf_sigma_px: 1.1, ..quiet() };
+    let optics = Optics { lens: Lens { psf_sigma_px: 1.1, ..Lens::default() }, ..quiet() };
     let mut renderer = WgpuRenderer::new(gpu, &facing_wall(), &rig, &optics, &LOOKS, 1).unwrap();
     let mut view = view(&rig, &base_at(1.0, 0.0, 0.0));
     (view.headlamp_power, view.laser_power) = (0.0, [50.0; 4]);

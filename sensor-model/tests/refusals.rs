@@ -6,7 +6,8 @@ mod common;
 use common::{LOOKS, base_at, duct, quiet, straight, view, wide};
 use ductloop_nav::rig::Rig;
 use ductloop_sensor::WgpuRenderer;
-use ductloop_sensor::optics::{Look, Optics};
+use ductloop_sensor::optics::{Lens, Optics};
+use ductloop_sensor::surface::Look;
 use ductloop_sensor::renderer::{RenderError, Renderer, View};
 
 fn made(rig: &Rig, optics: &Optics, looks: &[Look]) -> Option<Result<WgpuRenderer, RenderError>> {
@@ -22,8 +23,8 @@ fn parameters_out_of_bounds_are_refused_at_the_start() {
     };
     let rig = wide();
     refused(&rig, &quiet(), &[], "surface 0 of the duct has no look: the table has 0 entries");
-    refused(&rig, &quiet(), &[Look { albedo: 1.5 }], "an albedo of 1.5");
-    refused(&rig, &Optics { psf_sigma_px: 2.0, ..quiet() }, &LOOKS, "psf_sigma_px is 2; it must be from 0 to 1.2");
+    refused(&rig, &quiet(), &[Look::matt(1.5)], "albedo is 1.5");
+    refused(&rig, &Optics { lens: Lens { psf_sigma_px: 2.0, ..Lens::default() }, ..quiet() }, &LOOKS, "psf_sigma_px is 2; it must be from 0 to 1.2");
     let mut five = rig.clone();
     five.lasers = vec![rig.lasers[0].clone(); 5];
     refused(&five, &quiet(), &LOOKS, "5 lasers; at most 4");
@@ -42,23 +43,23 @@ fn a_frame_that_cannot_be_made_leaves_the_image_alone() {
         assert!(common::gpu().is_none());
         return;
     };
-    let mut pixels = vec![77; 640 * 480];
+    let mut pixels = vec![77_u8; 640 * 480];
     let inside = view(&rig, &base_at(1.5, 0.0, 0.0));
     let outside = view(&rig, &base_at(1.5, 0.3, 0.0));
-    let error = renderer.render(&outside, &mut pixels).unwrap_err();
+    let error = renderer.render(&outside, pixels.as_mut_slice().into()).unwrap_err();
     assert_eq!(
         error.to_string(),
         "the camera at (1.620, 0.300, 0.100) m, looking along (1.000, 0.000, 0.000), is outside the duct"
     );
     let nowhere = view(&rig, &base_at(f64::NAN, 0.0, 0.0));
-    assert!(matches!(renderer.render(&nowhere, &mut pixels), Err(RenderError::OutsideNetwork { .. })));
+    assert!(matches!(renderer.render(&nowhere, pixels.as_mut_slice().into()), Err(RenderError::OutsideNetwork { .. })));
     let dark = View { exposure_s: f64::NAN, ..inside.clone() };
-    assert!(matches!(renderer.render(&dark, &mut pixels), Err(RenderError::ViewValue { .. })));
-    let short = renderer.render(&inside, &mut pixels[1..]).unwrap_err();
+    assert!(matches!(renderer.render(&dark, pixels.as_mut_slice().into()), Err(RenderError::ViewValue { .. })));
+    let short = renderer.render(&inside, (&mut pixels[1..]).into()).unwrap_err();
     assert_eq!(short, RenderError::BufferSize { expected: 640 * 480, given: 640 * 480 - 1 });
     assert!(pixels.iter().all(|dn| *dn == 77));
     // After all of which it still renders.
-    renderer.render(&inside, &mut pixels).unwrap();
+    renderer.render(&inside, pixels.as_mut_slice().into()).unwrap();
     assert!(pixels.iter().any(|dn| *dn > 20));
 }
 

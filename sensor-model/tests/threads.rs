@@ -4,14 +4,15 @@ mod common;
 
 use common::{base_at, duct, gpu, image, straight, view, wide};
 use ductloop_sensor::WgpuRenderer;
-use ductloop_sensor::optics::{Look, Optics};
+use ductloop_sensor::optics::Optics;
+use ductloop_sensor::surface::Look;
 
 #[test]
 fn renderers_of_one_device_do_not_disturb_each_other() {
     let Some(gpu) = gpu() else { return };
     let network = duct(&[straight(6.0, 0.5, 0.3)]);
     let frames = |lateral_m: f64| {
-        let (rig, looks) = (wide(), [Look { albedo: 0.5 }]);
+        let (rig, looks) = (wide(), [Look::matt(0.5)]);
         let mut renderer = WgpuRenderer::new(gpu, &network, &rig, &Optics::default(), &looks, 1).expect("a renderer");
         let mut view = view(&rig, &base_at(1.5, lateral_m, 0.0));
         (0..60)

@@ -4,7 +4,7 @@
 use ductloop_duct::network::End;
 use ductloop_nav::control::koh_cho::KohChoParams;
 use ductloop_nav::perception::paper::PaperParams;
-use ductloop_nav::rig::{Camera, LineWidth, Mount, MountAngles, Rig};
+use ductloop_nav::rig::{Camera, Distortion, LineWidth, Mount, MountAngles, Rig};
 use ductloop_sensor::optics::Optics;
 use ductloop_sim::spec::RobotSpec;
 use nalgebra::Point3;
@@ -171,7 +171,7 @@ fn blank() -> Scenario {
         robot: RobotSpec::incra1(),
         speed_m_s: 1.0,
         rig: Rig {
-            camera: Camera { width_px: 16, height_px: 16, focal_px: [1.0; 2], centre_px: [0.0; 2] },
+            camera: Camera { width_px: 16, height_px: 16, focal_px: [1.0; 2], centre_px: [0.0; 2], distortion: Distortion::NONE },
             mount: Mount { position_in_base_m: Point3::origin(), roll_rad: 0.0, rest: MountAngles::default() },
             lasers: Vec::new(),
             line: LineWidth { width_m: 1e-3, growth_rad: 0.0 },

@@ -65,7 +65,8 @@ mod tests {
             fan_rad: 1.0,
         };
         let (f, u0, v0) = (1000.0, 321.0, 239.0);
-        let camera = Camera { width_px: 640, height_px: 480, focal_px: [f, f], centre_px: [u0, v0] };
+        let distortion = crate::rig::Distortion::NONE;
+        let camera = Camera { width_px: 640, height_px: 480, focal_px: [f, f], centre_px: [u0, v0], distortion };
         let t = Triangulation::from_rig(&camera, &laser).matrix;
         // Equation 12 with k_u = f (pixels a unit of the image plane at f = 1), its last row's sign mended.
         let expected = [-1.0 / (d * f), 0.0, u0 / (d * f) + 1.0 / (d * tan)];

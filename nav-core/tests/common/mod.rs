@@ -1,7 +1,7 @@
 //! Images of a straight duct, made by plain geometry: nothing here is shared with the renderer or with the code under test.
 #![allow(dead_code, reason = "each test file uses a part of this")]
 
-use ductloop_nav::rig::{Camera, Laser, LineWidth, Mount, MountAngles, Rig};
+use ductloop_nav::rig::{Camera, Distortion, Laser, LineWidth, Mount, MountAngles, Rig};
 use nalgebra::{Point3, Unit, Vector3};
 
 /// A rig like the preset `wide`: two nearly level slits that cross in side view, a short lens looking ahead.
@@ -18,7 +18,7 @@ pub(crate) fn wide() -> Rig {
         }
     };
     Rig {
-        camera: Camera { width_px: 640, height_px: 480, focal_px: [378.4; 2], centre_px: [319.5, 239.5] },
+        camera: Camera { width_px: 640, height_px: 480, focal_px: [378.4; 2], centre_px: [319.5, 239.5], distortion: Distortion::NONE },
         mount: Mount { position_in_base_m: Point3::new(0.12, 0.0, 0.10), roll_rad: 0.0, rest: MountAngles::default() },
         lasers: vec![laser("low", [-0.029838, 0.994594, 0.099459], 0.06), laser("high", [-0.029610, -0.987007, 0.157921], -0.06)],
         line: LineWidth { width_m: 0.002, growth_rad: 0.004 },

@@ -8,11 +8,12 @@ use std::sync::OnceLock;
 use ductloop_duct::cell::SurfaceId;
 use ductloop_duct::fitting::{Fitting, Shape};
 use ductloop_duct::network::{End, Network};
-use ductloop_nav::rig::{Camera, Laser, LineWidth, Mount, MountAngles, Rig};
+use ductloop_nav::rig::{Camera, Distortion, Laser, LineWidth, Mount, MountAngles, Rig};
 use ductloop_sensor::Transform;
 use ductloop_sensor::gpu::Gpu;
-use ductloop_sensor::optics::{Look, Optics};
-use ductloop_sensor::renderer::{MAX_LASERS, RenderError, Renderer, View};
+use ductloop_sensor::optics::Optics;
+use ductloop_sensor::surface::Look;
+use ductloop_sensor::renderer::{MAX_LASERS, Motion, RenderError, Renderer, View};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
 /// The device, opened once. `None` only where there is no adapter and the environment says that this is all right.
@@ -51,7 +52,7 @@ pub fn wide() -> Rig {
         }
     };
     Rig {
-        camera: Camera { width_px: 640, height_px: 480, focal_px: [378.4; 2], centre_px: [319.5, 239.5] },
+        camera: Camera { width_px: 640, height_px: 480, focal_px: [378.4; 2], centre_px: [319.5, 239.5], distortion: Distortion::NONE },
         lasers: vec![
             laser("low", [0.12, 0.0, 0.04], [-0.029838, 0.994594, 0.099459]),
             laser("high", [0.12, 0.0, 0.16], [-0.029610, -0.987007, 0.157921]),
@@ -82,7 +83,7 @@ pub fn incra1() -> Rig {
         Laser { name: name.to_owned(), normal_in_camera, offset_m, source_in_camera, fan_rad: deg(60.0) }
     };
     Rig {
-        camera: Camera { width_px: 640, height_px: 480, focal_px: [1081.0; 2], centre_px: [320.0, 240.0] },
+        camera: Camera { width_px: 640, height_px: 480, focal_px: [1081.0; 2], centre_px: [320.0, 240.0], distortion: Distortion::NONE },
         mount: Mount {
             position_in_base_m: Point3::new(0.12, 0.0, 0.10),
             roll_rad: deg(90.0),
@@ -116,7 +117,7 @@ pub fn facing_wall() -> Network {
 }
 
 /// Sheet metal of albedo 1/2, and a second surface a little darker.
-pub const LOOKS: [Look; 2] = [Look { albedo: 0.5 }, Look { albedo: 0.4 }];
+pub const LOOKS: [Look; 2] = [Look::matt(0.5), Look::matt(0.4)];
 
 /// Light without anything random.
 pub fn quiet() -> Optics {
@@ -133,6 +134,7 @@ pub fn view(rig: &Rig, world_from_base: &Transform) -> View {
     View {
         world_from_camera: world_from_base * rig.mount.base_from_camera(rig.mount.rest),
         frame: 0,
+        motion: Motion::default(),
         exposure_s: 4e-3,
         laser_power: [1.0; MAX_LASERS],
         headlamp_power: 1.0,
@@ -141,6 +143,6 @@ pub fn view(rig: &Rig, world_from_base: &Transform) -> View {
 
 pub fn image(renderer: &mut dyn Renderer, rig: &Rig, view: &View) -> Vec<u8> {
     let mut pixels = vec![0; rig.camera.width_px * rig.camera.height_px];
-    renderer.render(view, &mut pixels).unwrap();
+    renderer.render(view, pixels.as_mut_slice().into()).unwrap();
     pixels
 }
