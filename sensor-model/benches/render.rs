@@ -32,7 +32,7 @@ fn render(criterion: &mut Criterion) {
     for (name, rig, network, x) in cases {
         let mut renderer =
             WgpuRenderer::new(gpu, network, &rig, &Optics::default(), &LOOKS, 1).expect("the rig and the optics are sound");
-        let mut image = vec![0; rig.camera.width_px * rig.camera.height_px];
+        let mut image = vec![0_u8; rig.camera.width_px * rig.camera.height_px];
         let mut view = view(&rig, &base_at(x, 0.0, 0.0));
         criterion.bench_function(name, |b| {
             b.iter(|| {

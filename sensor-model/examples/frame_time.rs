@@ -15,7 +15,7 @@ fn main() {
     let rig = wide();
     let network = duct(&[straight(6.0, 0.5, 0.3)]);
     let mut view = view(&rig, &base_at(1.5, 0.0, 0.0));
-    let mut image = vec![0; rig.camera.width_px * rig.camera.height_px];
+    let mut image = vec![0_u8; rig.camera.width_px * rig.camera.height_px];
     for noise in [true, false] {
         let optics = Optics { noise, ..Optics::default() };
         let opened = Instant::now();
