@@ -83,7 +83,12 @@ impl Scene {
             .lasers
             .iter()
             .map(|laser| {
-                Slit::new(&rig.line, laser.source_in_camera.coords, laser.normal_in_camera.into_inner(), &Fan::of(laser, optics.fan_profile))
+                Slit::new(
+                    &rig.line,
+                    laser.source_in_camera.coords,
+                    laser.normal_in_camera.into_inner(),
+                    &Fan::of(laser, optics.fan_profile),
+                )
             })
             .collect();
         Self {
@@ -110,7 +115,13 @@ impl Scene {
         let vertices = &mut self.vertices;
         self.beam.trace(scenery, &camera_from_world, cell, &self.frustum, RANGE_M, &mut |sight| {
             let plane = sight.sheet.plane.transformed(&camera_from_world);
-            fan_out(vertices, sight.sheet.outline.iter().map(|p| camera_from_world * p), &plane, scenery.look(sight.sheet).albedo, [0, 0]);
+            fan_out(
+                vertices,
+                sight.sheet.outline.iter().map(|p| camera_from_world * p),
+                &plane,
+                scenery.look(sight.sheet).albedo,
+                [0, 0],
+            );
         });
         self.sheets = 0..self.vertices.len() as u32;
 

@@ -40,12 +40,13 @@ impl Projection {
         let ray = self.ray(pixel);
         let back = self.pixel(ray);
         let found = (back[0] - pixel[0]).abs().max((back[1] - pixel[1]).abs()) < 1e-6;
-        found && (0..=16).all(|i| {
-            let share = f64::from(i) / 16.0;
-            let slope = self.pixels_per_ray([ray[0] * share, ray[1] * share]);
-            let [fx, fy] = self.camera.focal_px;
-            slope.determinant() > 0.05 * fx * fy && slope.m11 > 0.0
-        })
+        found
+            && (0..=16).all(|i| {
+                let share = f64::from(i) / 16.0;
+                let slope = self.pixels_per_ray([ray[0] * share, ray[1] * share]);
+                let [fx, fy] = self.camera.focal_px;
+                slope.determinant() > 0.05 * fx * fy && slope.m11 > 0.0
+            })
     }
 
     /// Whether straight lines stay straight.
@@ -104,10 +105,7 @@ impl Projection {
         let Distortion { k1, k2, p1, p2, k3 } = self.camera.distortion;
         let r2 = x * x + y * y;
         let radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
-        [
-            x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
-            y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y,
-        ]
+        [x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x), y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y]
     }
 
     /// Derivative of the distorted ray by the ray.

@@ -14,13 +14,18 @@
 //! edge of a shadow is sharp before the point spread.
 #![forbid(unsafe_code)]
 
+pub mod band;
 pub mod beam;
+pub mod coverage;
+pub mod frame_geometry;
 pub mod lens;
 pub mod light;
 pub mod noise;
 pub mod optics;
 pub mod renderer;
 pub mod scenery;
+pub mod silhouette;
+pub mod strip;
 pub mod surface;
 
 #[cfg(feature = "wgpu")]

@@ -198,7 +198,12 @@ impl Optics {
             ("dsnu_e", ccd.dsnu_e, not_negative(ccd.dsnu_e), "0 or more"),
             ("dark_current_e_s", ccd.dark_current_e_s, not_negative(ccd.dark_current_e_s), "0 or more"),
             ("hot_pixel_e_s", ccd.hot_pixel_e_s, not_negative(ccd.hot_pixel_e_s), "0 or more"),
-            ("hot_pixels or blooming", ccd.hot_pixels.max(ccd.blooming), share(ccd.hot_pixels) && share(ccd.blooming), "from 0 to 1"),
+            (
+                "hot_pixels or blooming",
+                ccd.hot_pixels.max(ccd.blooming),
+                share(ccd.hot_pixels) && share(ccd.blooming),
+                "from 0 to 1",
+            ),
         ];
         match rules.into_iter().find(|(.., holds, _)| !holds) {
             Some((field, value, _, bound)) => Err(OpticsError { field, value, bound }),

@@ -40,7 +40,15 @@ fn a_stripe_met_squarely_at_the_reference_has_the_peak_it_is_defined_by() {
 fn the_fan_keeps_its_share_at_the_edge_and_ends_there() {
     let Some(gpu) = common::gpu() else { return };
     let rig = square_on();
-    let mut renderer = WgpuRenderer::new(gpu, &facing_wall(), &rig, &Optics { lens: Lens { psf_sigma_px: 0.0, ..Lens::default() }, ..quiet() }, &LOOKS, 1).unwrap();
+    let mut renderer = WgpuRenderer::new(
+        gpu,
+        &facing_wall(),
+        &rig,
+        &Optics { lens: Lens { psf_sigma_px: 0.0, ..Lens::default() }, ..quiet() },
+        &LOOKS,
+        1,
+    )
+    .unwrap();
     let mut view = view(&rig, &base_at(1.0, 0.0, 0.0));
     view.headlamp_power = 0.0;
     let pixels = image(&mut renderer, &rig, &view);

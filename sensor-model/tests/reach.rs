@@ -21,7 +21,8 @@ fn cap_behind_an_opening(opening_m: f64) -> Option<[Vec<u8>; 2]> {
     let rig = square_on();
     let network = duct(&[straight(1.0 + 0.12 + opening_m, 0.5, 0.3), straight(0.5, 0.5, 0.3)]);
     // No point spread: it would bring in the light of the nearer walls, hundreds of times brighter.
-    let optics = Optics { lens: Lens { psf_sigma_px: 0.0, ..Lens::default() }, stripe_peak_dn: 150.0, headlamp_peak_dn: 150.0, ..quiet() };
+    let optics =
+        Optics { lens: Lens { psf_sigma_px: 0.0, ..Lens::default() }, stripe_peak_dn: 150.0, headlamp_peak_dn: 150.0, ..quiet() };
     let mut renderer = WgpuRenderer::new(gpu, &network, &rig, &optics, &LOOKS, 1).expect("the rig and the optics are sound");
     let dark = View { laser_power: [0.0; 4], headlamp_power: 0.0, ..view(&rig, &base_at(1.0, 0.0, 0.0)) };
     let r = opening_m + 0.5;

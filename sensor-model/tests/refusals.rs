@@ -7,8 +7,8 @@ use common::{LOOKS, base_at, duct, quiet, straight, view, wide};
 use ductloop_nav::rig::Rig;
 use ductloop_sensor::WgpuRenderer;
 use ductloop_sensor::optics::{Lens, Optics};
-use ductloop_sensor::surface::Look;
 use ductloop_sensor::renderer::{RenderError, Renderer, View};
+use ductloop_sensor::surface::Look;
 
 fn made(rig: &Rig, optics: &Optics, looks: &[Look]) -> Option<Result<WgpuRenderer, RenderError>> {
     Some(WgpuRenderer::new(common::gpu()?, &duct(&[straight(6.0, 0.5, 0.3)]), rig, optics, looks, 1))
@@ -24,7 +24,12 @@ fn parameters_out_of_bounds_are_refused_at_the_start() {
     let rig = wide();
     refused(&rig, &quiet(), &[], "surface 0 of the duct has no look: the table has 0 entries");
     refused(&rig, &quiet(), &[Look::matt(1.5)], "albedo is 1.5");
-    refused(&rig, &Optics { lens: Lens { psf_sigma_px: 2.0, ..Lens::default() }, ..quiet() }, &LOOKS, "psf_sigma_px is 2; it must be from 0 to 1.2");
+    refused(
+        &rig,
+        &Optics { lens: Lens { psf_sigma_px: 2.0, ..Lens::default() }, ..quiet() },
+        &LOOKS,
+        "psf_sigma_px is 2; it must be from 0 to 1.2",
+    );
     let mut five = rig.clone();
     five.lasers = vec![rig.lasers[0].clone(); 5];
     refused(&five, &quiet(), &LOOKS, "5 lasers; at most 4");

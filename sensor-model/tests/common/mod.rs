@@ -12,8 +12,8 @@ use ductloop_nav::rig::{Camera, Distortion, Laser, LineWidth, Mount, MountAngles
 use ductloop_sensor::Transform;
 use ductloop_sensor::gpu::Gpu;
 use ductloop_sensor::optics::Optics;
-use ductloop_sensor::surface::Look;
 use ductloop_sensor::renderer::{MAX_LASERS, Motion, RenderError, Renderer, View};
+use ductloop_sensor::surface::Look;
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
 /// The device, opened once. `None` only where there is no adapter and the environment says that this is all right.
@@ -52,7 +52,13 @@ pub fn wide() -> Rig {
         }
     };
     Rig {
-        camera: Camera { width_px: 640, height_px: 480, focal_px: [378.4; 2], centre_px: [319.5, 239.5], distortion: Distortion::NONE },
+        camera: Camera {
+            width_px: 640,
+            height_px: 480,
+            focal_px: [378.4; 2],
+            centre_px: [319.5, 239.5],
+            distortion: Distortion::NONE,
+        },
         lasers: vec![
             laser("low", [0.12, 0.0, 0.04], [-0.029838, 0.994594, 0.099459]),
             laser("high", [0.12, 0.0, 0.16], [-0.029610, -0.987007, 0.157921]),
@@ -83,7 +89,13 @@ pub fn incra1() -> Rig {
         Laser { name: name.to_owned(), normal_in_camera, offset_m, source_in_camera, fan_rad: deg(60.0) }
     };
     Rig {
-        camera: Camera { width_px: 640, height_px: 480, focal_px: [1081.0; 2], centre_px: [320.0, 240.0], distortion: Distortion::NONE },
+        camera: Camera {
+            width_px: 640,
+            height_px: 480,
+            focal_px: [1081.0; 2],
+            centre_px: [320.0, 240.0],
+            distortion: Distortion::NONE,
+        },
         mount: Mount {
             position_in_base_m: Point3::new(0.12, 0.0, 0.10),
             roll_rad: deg(90.0),
