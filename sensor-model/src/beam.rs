@@ -97,8 +97,7 @@ impl Beam {
                 let bound = self.bounds.len();
                 for i in 0..corners {
                     let (a, b) = (self.points[start + i], self.points[start + (i + 1) % corners]);
-                    // An edge in line with the apex bounds nothing.
-                    if let Some(normal) = a.coords.cross(&b.coords).try_normalize(1e-14) {
+                    if let Some(normal) = plane_of_edge(&a, &b) {
                         self.bounds.push(if normal.dot(&middle) > 0.0 { -normal } else { normal });
                     }
                 }
@@ -121,6 +120,14 @@ impl Beam {
         }
         start
     }
+}
+
+/// Unit normal of the plane through the origin and an edge from `a` to `b`. None where the edge is in line with the origin, or so
+/// short (1e-7 rad, a ten-thousandth of a pixel) that its ends are one corner that clipping made twice: its direction would be
+/// rounding.
+pub(crate) fn plane_of_edge(a: &Point3<f64>, b: &Point3<f64>) -> Option<Vector3<f64>> {
+    const SAME_CORNER: f64 = 1e-7;
+    a.coords.cross(&b.coords).try_normalize(SAME_CORNER * a.coords.norm() * b.coords.norm())
 }
 
 /// Clips the polygon `points[start..]` in place.

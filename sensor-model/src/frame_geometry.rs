@@ -11,7 +11,7 @@ use nalgebra::{Point3, Translation3, Vector3};
 
 use crate::Transform;
 use crate::band::{self, BandPoint};
-use crate::beam::{Beam, Sight, clip_top};
+use crate::beam::{Beam, Sight, clip_top, plane_of_edge};
 use crate::coverage::Edge;
 use crate::lens::Projection;
 use crate::light::{CUT_SIGMAS, FAN_FADE_RAD, FWHM_PER_SIGMA, Fan, RANGE_M};
@@ -246,7 +246,7 @@ impl FrameGeometry {
         let seen = &self.corners[outline.clone()];
         let middle: Vector3<f64> = seen.iter().map(|p| p.coords).sum();
         for (i, a) in seen.iter().enumerate() {
-            let normal = a.coords.cross(&seen[(i + 1) % seen.len()].coords);
+            let Some(normal) = plane_of_edge(a, &seen[(i + 1) % seen.len()]) else { continue };
             let outward = if normal.dot(&middle) > 0.0 { -normal } else { normal };
             clip_top(&mut self.points, 0, &mut self.spare, |p| outward.dot(&p.coords));
         }
@@ -351,9 +351,6 @@ impl FrameGeometry {
     }
 }
 
-/// Corners nearer to each other than this angle, in radians, are one: a ten-thousandth of a pixel.
-const SAME_CORNER: f64 = 1e-7;
-
 /// The edges of a piece that come into the slit's light, as lines in the image with the piece inside.
 fn edges_near<'a>(piece: &'a [Point3<f64>], slit: &'a Slit) -> impl Iterator<Item = Edge> + 'a {
     let middle: Vector3<f64> = piece.iter().map(|p| p.coords).sum();
@@ -371,8 +368,7 @@ fn edges_near<'a>(piece: &'a [Point3<f64>], slit: &'a Slit) -> impl Iterator<Ite
                 (false, false) => {}
             }
         }
-        // Corners that clipping made twice span no edge.
-        let line = a.coords.cross(&b.coords).try_normalize(SAME_CORNER * a.coords.norm_squared())?;
+        let line = plane_of_edge(&a, &b)?;
         (from <= to).then(|| if line.dot(&middle) > 0.0 { line } else { -line })
     })
 }
