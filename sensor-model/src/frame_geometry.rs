@@ -16,7 +16,7 @@ use crate::coverage::Edge;
 use crate::lens::Projection;
 use crate::light::{CUT_SIGMAS, FAN_FADE_RAD, FWHM_PER_SIGMA, Fan, RANGE_M};
 use crate::optics::Optics;
-use crate::renderer::RenderError;
+use crate::renderer::{MAX_LASERS, RenderError};
 use crate::scenery::{Body, Scenery, Sheet, SheetId};
 use crate::silhouette;
 use crate::strip::{Blur, Strip};
@@ -43,7 +43,41 @@ pub struct Region {
     pub plane: Plane,
     /// Its outline, in [`FrameGeometry::corners`].
     pub outline: Range<usize>,
+    /// The dark joints across its sheet, in [`FrameGeometry::seams`].
+    pub seams: Range<usize>,
+    /// The sheet's own coordinates (s, t), counted in spangles: at a ray r they are `texture[i] . r / (n . r)`. None without spangle.
+    pub texture: Option<[Vector3<f64>; 2]>,
+    /// Light that varies slowly over it; none where there is no such light.
+    pub glow: Option<GlowPatch>,
 }
+
+/// A dark joint between two sheets: a gap of a certain width about a plane across the duct.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seam {
+    /// As [`Strip::ridge`], of the joint's plane.
+    pub ridge: Vector3<f64>,
+    /// Width of the gap, in metres.
+    pub width_m: f64,
+}
+
+/// Where the nodes of a region's glow are: a rectangle of nodes [`GLOW_SPACING_PX`] pixels apart, node (i, j) at pixel (16 i, 16 j), row by
+/// row in [`FrameGeometry::glow`], large enough that every pixel of the region is between nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GlowPatch {
+    /// Its first value.
+    pub first: usize,
+    /// Column i of its first node; may be negative.
+    pub column: i32,
+    /// Row j of its first node.
+    pub row: i32,
+    /// Nodes in a row.
+    pub columns: usize,
+    /// Rows.
+    pub rows: usize,
+}
+
+/// Distance of two nodes of the glow, in pixels; between them it is interpolated linearly in u and v.
+pub const GLOW_SPACING_PX: usize = 16;
 
 /// A laser's light before it meets anything.
 #[derive(Clone, Debug)]
@@ -75,6 +109,13 @@ pub struct FrameGeometry {
     pub holes: Vec<Range<usize>>,
     /// Where the strips are in the image.
     pub band: Vec<BandPoint>,
+    /// Seams of regions.
+    pub seams: Vec<Seam>,
+    /// Open ends that the camera sees lit by daylight, as outlines in `corners`; none in a dark room.
+    pub grilles: Vec<Range<usize>>,
+    /// Light on the nodes of the regions' glow, in DN at nominal exposure, reflectance and the lens' cos^4 included: daylight, the bounce of
+    /// the lasers' light, and ghosts too blurred to need every pixel.
+    pub glow: Vec<f32>,
     /// Sheets by number, and where their regions are.
     by_sheet: Vec<(SheetId, usize)>,
     pub(crate) slits: Vec<Slit>,
@@ -148,6 +189,9 @@ impl FrameGeometry {
             edges: Vec::new(),
             holes: Vec::new(),
             band: Vec::new(),
+            seams: Vec::new(),
+            grilles: Vec::new(),
+            glow: Vec::new(),
             by_sheet: Vec::new(),
             slits: (0..rig.lasers.len()).map(|index| Slit::new(rig, index, optics)).collect(),
             frustum: frustum(&projection, margin_px),
@@ -171,8 +215,9 @@ impl FrameGeometry {
         &self.projection
     }
 
-    /// Makes the frame's geometry; `lit` says which lasers are on. Returns false when the camera is outside the network.
-    pub fn build(&mut self, scenery: &Scenery, sweep: &Sweep, lit: impl Fn(usize) -> bool) -> bool {
+    /// Makes the frame's geometry, with the lasers at these powers (shares of nominal). Returns false when the camera is outside the
+    /// network.
+    pub fn build(&mut self, scenery: &Scenery, sweep: &Sweep, laser_power: &[f64; MAX_LASERS]) -> bool {
         let world_from_camera = &sweep.world_from_camera;
         let position = Point3::from(world_from_camera.translation.vector);
         let Some(cell) = scenery.cell_at(&position, self.camera_cell) else { return false };
@@ -185,7 +230,8 @@ impl FrameGeometry {
             let Sheet { id: sheet, surface, body, cell, plane, .. } = *sight.sheet;
             let outline = corners.len()..corners.len() + sight.outline.len();
             corners.extend_from_slice(sight.outline);
-            regions.push(Region { sheet, surface, body, cell, plane: plane.transformed(&camera_from_world), outline });
+            let plane = plane.transformed(&camera_from_world);
+            regions.push(Region { sheet, surface, body, cell, plane, outline, seams: 0..0, texture: None, glow: None });
         });
         self.by_sheet.extend(self.regions.iter().enumerate().map(|(index, region)| (region.sheet, index)));
         self.by_sheet.sort_unstable();
@@ -194,7 +240,7 @@ impl FrameGeometry {
             let source = self.slits[laser].source;
             let source_in_world = world_from_camera * Point3::from(source);
             // A source outside the duct lights nothing in it.
-            if lit(laser)
+            if laser_power[laser] > 0.0
                 && let Some(source_cell) = scenery.cell_at(&source_in_world, cell)
             {
                 let source_from_world = Translation3::from(-source) * camera_from_world;
@@ -215,6 +261,9 @@ impl FrameGeometry {
         self.edges.clear();
         self.holes.clear();
         self.band.clear();
+        self.seams.clear();
+        self.grilles.clear();
+        self.glow.clear();
         self.by_sheet.clear();
     }
 
