@@ -6,21 +6,27 @@ cd "$(dirname "$0")"
 
 step() { printf '\n== %s\n' "$*"; }
 
-# A Vulkan driver: Mesa's lavapipe renders on the processor, so no graphics card is needed.
+# A Vulkan driver: Mesa's lavapipe renders on the processor, so no graphics card is needed. And an emulator of an old processor: the
+# same bits must come out there.
 have_vulkan() {
     [ -n "${VK_DRIVER_FILES:-}${VK_ICD_FILENAMES:-}" ] && return 0
     compgen -G '/usr/share/vulkan/icd.d/*.json' >/dev/null || compgen -G '/etc/vulkan/icd.d/*.json' >/dev/null
 }
-if [ "$(uname -s)" = Linux ] && ! have_vulkan; then
-    step "a Vulkan driver"
+missing=()
+if [ "$(uname -s)" = Linux ]; then
+    have_vulkan || missing+=(mesa-vulkan-drivers)
+    [ "$(uname -m)" != x86_64 ] || command -v qemu-x86_64 >/dev/null || missing+=(qemu-user)
+fi
+if [ ${#missing[@]} -gt 0 ]; then
+    step "installing ${missing[*]}"
     as_root=()
     [ "$(id -u)" = 0 ] || as_root=(sudo -n)
     if command -v apt-get >/dev/null && "${as_root[@]}" true 2>/dev/null; then
         "${as_root[@]}" apt-get update -qq
-        DEBIAN_FRONTEND=noninteractive "${as_root[@]}" apt-get install -y -qq mesa-vulkan-drivers >/dev/null
+        DEBIAN_FRONTEND=noninteractive "${as_root[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
     else
-        echo "There is no Vulkan driver, and this script may not install one. On Debian or Ubuntu, as root:" >&2
-        echo "    apt-get install mesa-vulkan-drivers" >&2
+        echo "${missing[*]}: not here, and this script may not install it. On Debian or Ubuntu, as root:" >&2
+        echo "    apt-get install ${missing[*]}" >&2
         exit 1
     fi
 fi

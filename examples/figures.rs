@@ -11,7 +11,7 @@ use std::error::Error;
 use std::path::Path;
 
 use ductloop::scenario::Overlays;
-use ductloop::{Metrics, Pilot, Scenario, Verdict};
+use ductloop::{Engine, Metrics, Pilot, Scenario, Verdict};
 use serde_json::{Map, Value, json};
 
 /// The scenarios that figures are quoted of.
@@ -92,7 +92,8 @@ fn over_seeds(name: &str, settings: &[&str], seeds: u64) -> Result<Value, Box<dy
     for seed in 1..=seeds {
         let set = settings.iter().map(ToString::to_string).chain([format!("seed={seed}")]).collect();
         let scenario = Scenario::read(&file, &Overlays { set, ..Overlays::default() })?;
-        let outcome = ductloop::run(&scenario, Pilot::of(&scenario))?;
+        // On the processor, so that figures are the same on every machine.
+        let outcome = ductloop::run_on(&Engine::Cpu, &scenario, Pilot::of(&scenario))?;
         passed += u64::from(outcome.verdict == Verdict::Pass);
         runs.push(outcome.metrics);
         eprintln!("{name} {settings:?} seed {seed}: {}", outcome.verdict.word());

@@ -12,9 +12,8 @@
 
 use std::ops::ControlFlow;
 
-use ductloop_duct::Transform;
 use ductloop_duct::network::{Network, NetworkError};
-use ductloop_nav::messages::{Command, Counts, Frame, Pixels, Sides};
+use ductloop_nav::messages::{Command, Counts, Sides};
 use ductloop_nav::navigator::{Navigator, State};
 use ductloop_nav::rig::{MountAngles, Rig};
 use ductloop_nav::wheel_controller::WheelController;
@@ -25,10 +24,12 @@ use ductloop_sim::world::{SimError, World};
 use nalgebra::Point3;
 
 use crate::fault::Faults;
+use crate::grey_image::GreyImage;
 use crate::pilot::{Pilot, TruthFeed};
 use crate::record::{EndState, FrameRecord, KeyFrames, RunRecord};
 use crate::run_hash::RunHash;
 use crate::scenario::Scenario;
+use crate::viewpoint::{motion, world_from_camera};
 
 /// Why a run could not go on.
 #[derive(Debug, thiserror::Error)]
@@ -82,7 +83,7 @@ pub fn run_with(
     pilot: Pilot,
     renderer: &mut dyn Renderer,
     pace: Pace,
-    mut watch: impl FnMut(&FrameRecord, &[u8]) -> ControlFlow<()>,
+    mut watch: impl FnMut(&FrameRecord, &GreyImage) -> ControlFlow<()>,
 ) -> Result<RunRecord, RunFailure> {
     let mut run = ClosedLoop::new(scenario, pilot, renderer, pace)?;
     loop {
@@ -120,7 +121,7 @@ impl<'a> ClosedLoop<'a> {
             body: Body::new(scenario)?,
             head: Head::new(scenario, pilot, renderer),
             pending: None,
-            exposure_s: scenario.exposure_s,
+            exposure_s: scenario.first_exposure_s(),
             laser_power: 1.0,
             stopped_frames: 0,
             frames: Vec::new(),
@@ -132,7 +133,7 @@ impl<'a> ClosedLoop<'a> {
     /// One frame period, from one exposure to the next.
     fn frame(
         &mut self,
-        watch: &mut impl FnMut(&FrameRecord, &[u8]) -> ControlFlow<()>,
+        watch: &mut impl FnMut(&FrameRecord, &GreyImage) -> ControlFlow<()>,
     ) -> Result<ControlFlow<EndState>, RunError> {
         let tick = self.body.world.tick();
         let time_s = self.body.time_s();
@@ -189,6 +190,8 @@ impl<'a> ClosedLoop<'a> {
             state: report.state,
             lines: report.lines.len(),
             command,
+            laser_power: self.laser_power,
+            view,
             faults,
         };
         let verdict = watch(&record, image);
@@ -236,16 +239,14 @@ struct Head<'a> {
     renderer: &'a mut dyn Renderer,
     navigator: Box<dyn Navigator>,
     truth: Option<TruthFeed>,
-    size_px: [usize; 2],
-    image: Vec<u8>,
+    image: GreyImage,
 }
 
 impl<'a> Head<'a> {
     fn new(scenario: &Scenario, pilot: Pilot, renderer: &'a mut dyn Renderer) -> Self {
-        let camera = &scenario.rig.camera;
-        let size_px = [camera.width_px, camera.height_px];
+        let image = GreyImage::black(&scenario.rig.camera, scenario.optics.ccd.bits);
         let Pilot { navigator, truth } = pilot;
-        Self { renderer, navigator, truth, size_px, image: vec![0; size_px[0] * size_px[1]] }
+        Self { renderer, navigator, truth, image }
     }
 
     /// Exposes a frame and has the navigator decide on it.
@@ -258,13 +259,11 @@ impl<'a> Head<'a> {
         mount: MountAngles,
         tick: u64,
     ) -> Result<Command, RenderError> {
-        self.renderer.render(view, &mut self.image)?;
+        self.renderer.render(view, self.image.room())?;
         if let Some(feed) = &self.truth {
             feed.set(truth.lateral_m, truth.heading_rad, width_m);
         }
-        let [width_px, height_px] = self.size_px;
-        let frame = Frame { width_px, height_px, pixels: Pixels::Grey8(&self.image) };
-        Ok(self.navigator.on_frame(&frame, counts, mount, tick))
+        Ok(self.navigator.on_frame(&self.image.frame(), counts, mount, tick))
     }
 }
 
@@ -280,6 +279,8 @@ struct Body {
     /// The rig as it truly is, and by how much its mount points elsewhere than it reports.
     rig: Rig,
     mount_error: MountAngles,
+    /// Where the mount reported to point a tick ago: from it follows how fast it turns.
+    mount_before: MountAngles,
 }
 
 impl Body {
@@ -303,6 +304,7 @@ impl Body {
             network,
             mount_error: MountAngles { pan_rad: actual.pan_rad - nominal.pan_rad, tilt_rad: actual.tilt_rad - nominal.tilt_rad },
             rig,
+            mount_before: scenario.rig.mount.rest,
         })
     }
 
@@ -316,6 +318,7 @@ impl Body {
             if self.world.tick().is_multiple_of(self.ticks_per_wheel_control) {
                 self.duty = self.wheels.tick(self.world.counts());
             }
+            self.mount_before = self.world.mount();
             self.world.step(self.duty)?;
         }
         Ok(())
@@ -329,8 +332,16 @@ impl Body {
 
     /// What the camera is to see.
     fn view(&self, truth: &Truth, mount: MountAngles, frame: u64, exposure_s: f64, laser_power: f64) -> View {
+        let rate = |now: f64, before: f64| (now - before) * self.ticks_per_s;
+        let rates = MountAngles {
+            pan_rad: rate(mount.pan_rad, self.mount_before.pan_rad),
+            tilt_rad: rate(mount.tilt_rad, self.mount_before.tilt_rad),
+        };
+        let error = self.mount_error;
+        let angles = MountAngles { pan_rad: mount.pan_rad + error.pan_rad, tilt_rad: mount.tilt_rad + error.tilt_rad };
         View {
-            world_from_camera: world_from_camera(&self.rig, &truth.world_from_base, mount, self.mount_error),
+            world_from_camera: world_from_camera(&self.rig, &truth.world_from_base, mount, error),
+            motion: motion(truth, &self.rig.mount, angles, rates),
             frame,
             exposure_s,
             laser_power: [laser_power; MAX_LASERS],
@@ -341,10 +352,4 @@ impl Body {
     fn width_at(&self, truth: &Truth) -> f64 {
         self.network.centreline.segment_at(truth.distance_m).width_m
     }
-}
-
-/// Pose of the camera: of the true rig, whose mount points elsewhere than it reports by `error`.
-pub fn world_from_camera(rig: &Rig, world_from_base: &Transform, reported: MountAngles, error: MountAngles) -> Transform {
-    let angles = MountAngles { pan_rad: reported.pan_rad + error.pan_rad, tilt_rad: reported.tilt_rad + error.tilt_rad };
-    world_from_base * rig.mount.base_from_camera(angles)
 }

@@ -16,9 +16,15 @@
 //! Any [`Navigator`], [`Perception`] or [`ControlLaw`] may take the place of the robot's own: see [`Pilot`].
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "cli")]
+mod canvas;
 pub mod closed_loop;
+#[cfg(feature = "cli")]
+pub mod contact_sheet;
 mod derived;
+pub mod engine;
 pub mod fault;
+pub mod grey_image;
 pub mod metrics;
 #[cfg(feature = "cli")]
 pub mod output;
@@ -32,16 +38,19 @@ pub mod report;
 pub mod run_files;
 pub mod run_hash;
 pub mod scenario;
-#[cfg(feature = "wgpu")]
 mod single_run;
+#[cfg(feature = "cli")]
+pub mod truth_picture;
+pub mod viewpoint;
 
 pub use ductloop_nav::control::{ControlLaw, PathState, Twist};
 pub use ductloop_nav::messages::{Command, Counts, Frame, Pixels, Sides, Tick};
 pub use ductloop_nav::navigator::Navigator;
 pub use ductloop_nav::perception::{Measurement, Perception};
 pub use ductloop_nav::rig::MountAngles;
+pub use engine::Engine;
+pub use grey_image::GreyImage;
 pub use metrics::{Metrics, Reason, Verdict};
 pub use pilot::Pilot;
 pub use scenario::Scenario;
-#[cfg(feature = "wgpu")]
-pub use single_run::{Outcome, renderer, run};
+pub use single_run::{Outcome, run, run_on};

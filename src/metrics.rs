@@ -235,6 +235,7 @@ mod tests {
 
     use super::*;
     use crate::record::KeyFrames;
+    use crate::viewpoint::still;
 
     fn scenario(pass: &str) -> Scenario {
         let text = format!(
@@ -278,6 +279,8 @@ mod tests {
                     wheel_speed_rad_s: ductloop_nav::messages::Sides { left: 0.1 * i as f64, right: -0.1 * i as f64 },
                     ..Command::stop(MountAngles::default())
                 },
+                view: still(nalgebra::Isometry3::identity(), 0.004),
+                laser_power: 1.0,
                 faults: 0,
             }
         };

@@ -1,9 +1,12 @@
 //! Frames as PNG, plain and with the lines that were found in them.
 
+use ductloop_nav::messages::Pixels;
 use ductloop_nav::perception::StripeLine;
 use image::codecs::png::PngEncoder;
 use image::error::{ImageError, ParameterError, ParameterErrorKind};
 use image::{ExtendedColorType, ImageEncoder, ImageResult};
+
+use crate::grey_image::GreyImage;
 
 /// Colours of the lasers in order, distinct for colour-blind eyes too (Okabe and Ito); of a line that no laser is taken for.
 pub(crate) const LASER_COLOURS: [[u8; 3]; 4] = [[230, 159, 0], [86, 180, 233], [0, 200, 130], [204, 121, 167]];
@@ -14,20 +17,38 @@ pub(crate) fn colour(line: &StripeLine) -> [u8; 3] {
     line.assigned.map_or(UNASSIGNED, |(laser, _)| LASER_COLOURS[laser % LASER_COLOURS.len()])
 }
 
-/// A grey image as PNG, 8 bits a pixel: `image` has `width * height` values, row by row.
+/// A grey image as PNG with its values as they are: of 8 bits, or of 16 where it has more (a value of 10 bits is 1023 at most, so
+/// the picture looks dark; [`preview_png`] is for the eye).
 ///
 /// # Errors
-/// When the number of values is another.
-pub fn grey_png(image: &[u8], width: usize, height: usize) -> ImageResult<Vec<u8>> {
-    encode(image, width, height, ExtendedColorType::L8)
+/// None that is known of.
+pub fn grey_png(image: &GreyImage) -> ImageResult<Vec<u8>> {
+    let [width, height] = image.size_px();
+    match image.pixels() {
+        Pixels::Grey8(values) => encode(values, width, height, ExtendedColorType::L8),
+        Pixels::Grey16(values) => {
+            let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_ne_bytes()).collect();
+            encode(&bytes, width, height, ExtendedColorType::L16)
+        }
+    }
 }
 
-/// The image as a coloured PNG with the lines drawn on it, each in its laser's colour with a square at each end.
+/// A grey image as PNG of 8 bits, the largest value white.
 ///
 /// # Errors
-/// When the number of values is not `width * height`.
-pub fn overlay_png(image: &[u8], width: usize, height: usize, lines: &[StripeLine]) -> ImageResult<Vec<u8>> {
-    let mut pixels: Vec<u8> = image.iter().flat_map(|grey| [*grey; 3]).collect();
+/// None that is known of.
+pub fn preview_png(image: &GreyImage) -> ImageResult<Vec<u8>> {
+    let [width, height] = image.size_px();
+    encode(&image.to_8_bits(), width, height, ExtendedColorType::L8)
+}
+
+/// The image as a coloured PNG of 8 bits with the lines drawn on it, each in its laser's colour with a square at each end.
+///
+/// # Errors
+/// None that is known of.
+pub fn overlay_png(image: &GreyImage, lines: &[StripeLine]) -> ImageResult<Vec<u8>> {
+    let [width, height] = image.size_px();
+    let mut pixels: Vec<u8> = image.to_8_bits().iter().flat_map(|grey| [*grey; 3]).collect();
     for line in lines {
         draw(&mut pixels, width, line);
     }
@@ -83,6 +104,7 @@ fn encode(pixels: &[u8], width: usize, height: usize, format: ExtendedColorType)
 mod tests {
     use super::*;
     use ductloop_nav::perception::Wall;
+    use ductloop_sensor::optics::Bits;
 
     fn line(ends_px: [[f64; 2]; 2], assigned: Option<(usize, Wall)>) -> StripeLine {
         StripeLine { ends_px, assigned, points: 10, residual_px: 0.1 }
@@ -90,21 +112,32 @@ mod tests {
 
     #[test]
     fn lines_lie_on_the_image_in_their_lasers_colour() {
-        let image = vec![40; 32 * 24];
+        let image = GreyImage::of([32, 24], Bits::Eight, &[40; 32 * 24]).expect("so many values");
         let lines = [
             line([[4.0, 10.0], [27.0, 10.0]], Some((1, Wall::Right))),
             // Ends that are nowhere near the image, and no number at all, do no harm.
             line([[-500.0, -3.0], [1e9, 40.0]], None),
             line([[f64::NAN, 0.0], [1.0, 1.0]], None),
         ];
-        let png = overlay_png(&image, 32, 24, &lines).expect("the size fits");
+        let png = overlay_png(&image, &lines).expect("a picture");
         let seen = image::load_from_memory(&png).expect("a PNG").to_rgb8();
         assert_eq!(seen.dimensions(), (32, 24));
         assert_eq!(seen.get_pixel(10, 10).0, LASER_COLOURS[1]);
         assert_eq!(seen.get_pixel(14, 10).0, [40; 3], "a gap");
         assert_eq!(seen.get_pixel(10, 12).0, [40; 3], "beside the line");
-        assert!(overlay_png(&image, 31, 24, &[]).is_err());
-        let plain = grey_png(&image, 32, 24).expect("the size fits");
-        assert_eq!(image::load_from_memory(&plain).expect("a PNG").to_luma8().into_raw(), image);
+    }
+
+    /// 16 bits hold what is there, to the last one; the preview is for the eye.
+    #[test]
+    fn grey_values_are_kept_as_they_are() {
+        let ramp: Vec<u16> = (0..64 * 64).collect();
+        let deep = GreyImage::of([64, 64], Bits::Twelve, &ramp).expect("so many values");
+        let open = |png: ImageResult<Vec<u8>>| image::load_from_memory(&png.expect("a picture")).expect("a PNG");
+        assert_eq!(open(grey_png(&deep)).into_luma16().into_raw(), ramp);
+        let seen = open(preview_png(&deep)).into_luma8();
+        assert_eq!((seen.get_pixel(0, 0).0, seen.get_pixel(63, 63).0), ([0], [255]));
+        let values: Vec<u16> = (0..64).collect();
+        let plain = GreyImage::of([8, 8], Bits::Eight, &values).expect("so many values");
+        assert_eq!(open(grey_png(&plain)).as_luma8().map(|p| p.as_raw().clone()), Some((0..64).collect()));
     }
 }

@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use ductloop_nav::control::ControlLaw;
 use ductloop_nav::control::koh_cho::{KohCho, KohChoParams};
+use ductloop_nav::exposure::{AutoExposure, ExposureParams};
 use ductloop_nav::messages::Frame;
 use ductloop_nav::navigator::{DuctNavigator, Navigator, NavigatorParams};
 use ductloop_nav::odometry::DriveModel;
@@ -84,19 +85,26 @@ impl Pilot {
                 (AnyPerception::Truth(TruthPerception(feed.clone())), Some(feed))
             }
         };
-        Self { navigator: Box::new(DuctNavigator::new(navigator_params(scenario), perception, law)), truth }
+        Self { navigator: Box::new(navigator(scenario, perception, law)), truth }
     }
 
     /// The robot's own navigator with another perception.
     pub fn with_perception(scenario: &Scenario, perception: impl Perception + 'static) -> Self {
-        let navigator = DuctNavigator::new(navigator_params(scenario), perception, law(scenario));
-        Self { navigator: Box::new(navigator), truth: None }
+        Self { navigator: Box::new(navigator(scenario, perception, law(scenario))), truth: None }
     }
 }
 
 impl<N: Navigator + 'static> From<N> for Pilot {
     fn from(navigator: N) -> Self {
         Self { navigator: Box::new(navigator), truth: None }
+    }
+}
+
+fn navigator<P: Perception, L: ControlLaw>(scenario: &Scenario, perception: P, law: L) -> DuctNavigator<P, L> {
+    let navigator = DuctNavigator::new(navigator_params(scenario), perception, law);
+    match scenario.exposure_s {
+        Some(_) => navigator,
+        None => navigator.with_auto_exposure(AutoExposure::new(exposure_params(scenario), &scenario.rig)),
     }
 }
 
@@ -114,6 +122,12 @@ pub fn koh_cho_params(scenario: &Scenario) -> KohChoParams {
 /// Parameters of the paper's pipeline: the duct's width is what the navigator is told.
 pub fn paper_params(scenario: &Scenario) -> PaperParams {
     PaperParams { duct_width_m: scenario.navigation.width_m, ..scenario.perception.paper.clone() }
+}
+
+/// Parameters of automatic exposure.
+fn exposure_params(scenario: &Scenario) -> ExposureParams {
+    let crate::scenario::AutoExposure { target_dn, exposure_s, laser_power } = scenario.auto_exposure;
+    ExposureParams { target_dn, exposure_s, laser_power, first_exposure_s: scenario.first_exposure_s() }
 }
 
 fn effective_track_m(scenario: &Scenario) -> f64 {

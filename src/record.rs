@@ -4,8 +4,11 @@ use ductloop_nav::messages::{Command, Counts, Tick};
 use ductloop_nav::navigator::State;
 use ductloop_nav::perception::{Measurement, StripeLine};
 use ductloop_nav::rig::MountAngles;
+use ductloop_sensor::renderer::View;
 use ductloop_sim::collision::Collisions;
 use ductloop_sim::truth::Truth;
+
+use crate::grey_image::GreyImage;
 
 /// One frame: the truth at its exposure, and what the navigator made of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,6 +35,10 @@ pub struct FrameRecord {
     pub lines: usize,
     /// What it commanded; takes effect at the next frame.
     pub command: Command,
+    /// What the camera was to see: its pose and motion, exposure, and the light that faults leave.
+    pub view: View,
+    /// Laser power at the exposure as a share of nominal, faults left out.
+    pub laser_power: f64,
     /// Bits of `crate::scenario::Fault`s at work: bit i is fault i.
     pub faults: u32,
 }
@@ -41,8 +48,8 @@ pub struct FrameRecord {
 pub struct KeyFrame {
     /// Number of the frame.
     pub frame: u64,
-    /// Its grey values, row by row.
-    pub image: Vec<u8>,
+    /// Its grey values.
+    pub image: GreyImage,
     /// The lines that the navigator found in it.
     pub lines: Vec<StripeLine>,
 }
@@ -70,12 +77,11 @@ impl KeyFrames {
     const ROOM: usize = 24;
 
     /// Offers a frame.
-    pub fn offer(&mut self, frame: u64, image: &[u8], lines: &[StripeLine]) {
+    pub fn offer(&mut self, frame: u64, image: &GreyImage, lines: &[StripeLine]) {
         // The buffers of the frame before are used again, so that a steady run allocates nothing here.
-        let mut next = self.last.take().unwrap_or_else(|| KeyFrame { frame, image: Vec::new(), lines: Vec::new() });
+        let mut next = self.last.take().unwrap_or_else(|| KeyFrame { frame, image: image.clone(), lines: Vec::new() });
         next.frame = frame;
-        next.image.clear();
-        next.image.extend_from_slice(image);
+        next.image.clone_from(image);
         next.lines.clear();
         next.lines.extend_from_slice(lines);
         if frame.is_multiple_of(self.stride) {
@@ -159,20 +165,23 @@ pub struct RunRecord {
 
 #[cfg(test)]
 mod tests {
+    use ductloop_sensor::optics::Bits;
+
     use super::*;
 
     #[test]
     fn key_frames_are_spread_over_a_run_of_any_length() {
+        let image = |frame: u64| GreyImage::of([1, 1], Bits::Eight, &[frame as u16 % 256]).expect("one value");
         for length in [1, 5, 6, 7, 100, 1000, 12_345] {
             let mut keys = KeyFrames::default();
-            (0..length).for_each(|frame| keys.offer(frame, &[frame as u8], &[]));
+            (0..length).for_each(|frame| keys.offer(frame, &image(frame), &[]));
             let frames: Vec<u64> = keys.spread().iter().map(|k| k.frame).collect();
             assert_eq!(frames.len() as u64, length.min(KeyFrames::COUNT as u64), "{length}: {frames:?}");
             assert_eq!((frames[0], frames[frames.len() - 1]), (0, length - 1), "{length}: {frames:?}");
             let gaps = frames.windows(2).map(|w| w[1] - w[0]);
             let (least, most) = (gaps.clone().min().unwrap_or(0), gaps.max().unwrap_or(0));
             assert!(most <= 2 * least + 1, "{length}: {frames:?}");
-            assert!(keys.spread().iter().all(|k| k.image == [k.frame as u8]));
+            assert!(keys.spread().iter().all(|k| k.image == image(k.frame)));
         }
     }
 }

@@ -39,7 +39,7 @@ pub fn write_run(
     folder.write("scenario.toml", scenario.to_toml().as_bytes())?;
     folder.write("manifest.json", manifest.to_json()?.as_bytes())?;
     folder.write("frames.parquet", &frames::parquet(&run.frames)?)?;
-    for (name, picture) in key_frames::pictures(run, &scenario.rig.camera)? {
+    for (name, picture) in key_frames::pictures(run)? {
         folder.write(&name, &picture)?;
     }
     folder.write("report.html", report::html(scenario, run, summary, manifest)?.as_bytes())?;

@@ -4,19 +4,21 @@ use ductloop_nav::messages::{Command, Counts, Tick};
 use ductloop_sim::truth::Truth;
 use xxhash_rust::xxh3::Xxh3;
 
-/// XXH3-128 over, for each frame: tick, pose (seven f64: position, then quaternion x, y, z, w), image, counts, command. All
-/// little-endian, -0 as +0. No times, hosts, names or versions.
+use crate::grey_image::GreyImage;
+
+/// XXH3-128 over, for each frame: tick, pose (seven f64: position, then quaternion x, y, z, w), image (a byte a grey
+/// value of 8 bits, two of more), counts, command. All little-endian, -0 as +0. No times, hosts, names or versions.
 #[derive(Clone, Default)]
 pub struct RunHash(Xxh3);
 
 impl RunHash {
     /// Adds a frame.
-    pub fn frame(&mut self, tick: Tick, truth: &Truth, image: &[u8], counts: Counts, command: &Command) {
+    pub fn frame(&mut self, tick: Tick, truth: &Truth, image: &GreyImage, counts: Counts, command: &Command) {
         self.0.update(&tick.to_le_bytes());
         let position = truth.world_from_base.translation.vector;
         let rotation = truth.world_from_base.rotation.coords;
         position.iter().chain(rotation.iter()).for_each(|value| self.number(*value));
-        self.0.update(image);
+        image.bytes(|bytes| self.0.update(bytes));
         self.0.update(&counts.left.to_le_bytes());
         self.0.update(&counts.right.to_le_bytes());
         let Command { wheel_speed_rad_s, mount, exposure_s, laser_power } = command;
@@ -44,6 +46,7 @@ impl RunHash {
 mod tests {
     use ductloop_nav::messages::Sides;
     use ductloop_nav::rig::MountAngles;
+    use ductloop_sensor::optics::Bits;
     use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
     use super::*;
@@ -52,7 +55,8 @@ mod tests {
     struct Given {
         tick: Tick,
         pose: Isometry3<f64>,
-        image: Vec<u8>,
+        image: Vec<u16>,
+        bits: Bits,
         counts: Counts,
         command: Command,
     }
@@ -62,6 +66,7 @@ mod tests {
             tick: 40,
             pose: Isometry3::from_parts(Translation3::new(1.0, 0.0, 3.0), UnitQuaternion::from_euler_angles(0.1, 0.2, 0.3)),
             image: vec![1, 2, 3],
+            bits: Bits::Eight,
             counts: Counts { left: 5, right: 6 },
             command: Command {
                 wheel_speed_rad_s: Sides { left: 7.0, right: 8.0 },
@@ -70,6 +75,10 @@ mod tests {
                 laser_power: None,
             },
         }
+    }
+
+    fn image(given: &Given) -> GreyImage {
+        GreyImage::of([3, 1], given.bits, &given.image).expect("three values")
     }
 
     fn hash(given: &Given) -> u128 {
@@ -86,19 +95,20 @@ mod tests {
             motor_current_a: Sides::default(),
         };
         let mut hash = RunHash::default();
-        hash.frame(given.tick, &truth, &given.image, given.counts, &given.command);
+        hash.frame(given.tick, &truth, &image(given), given.counts, &given.command);
         hash.value()
     }
 
     #[test]
     fn every_field_counts_and_the_sign_of_zero_does_not() {
-        let changes: [fn(&mut Given); 17] = [
+        let changes: [fn(&mut Given); 18] = [
             |g| g.tick += 1,
             |g| g.pose.translation.x += 1e-9,
             |g| g.pose.translation.y += 1e-9,
             |g| g.pose.translation.z += 1e-9,
             |g| g.pose.rotation = UnitQuaternion::from_euler_angles(0.1 + 1e-9, 0.2, 0.3),
             |g| g.image[1] ^= 1,
+            |g| g.bits = Bits::Ten,
             |g| g.counts.left += 1,
             |g| g.counts.right += 1,
             |g| g.command.wheel_speed_rad_s.left += 1e-9,

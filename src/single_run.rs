@@ -3,10 +3,8 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use ductloop_sensor::WgpuRenderer;
-use ductloop_sensor::gpu::Gpu;
-
-use crate::closed_loop::{Pace, RunError, RunFailure, run_with};
+use crate::closed_loop::{RunFailure, run_with};
+use crate::engine::{Engine, Threads};
 use crate::metrics::{Metrics, Reason, Verdict, judge};
 use crate::pilot::Pilot;
 use crate::record::RunRecord;
@@ -25,26 +23,25 @@ pub struct Outcome {
     pub record: RunRecord,
 }
 
-/// Runs a scenario with the given navigator on whatever graphics adapter there is. Nothing is written.
+/// Runs a scenario with the given navigator on a graphics adapter of hardware if there is one, else on the processor
+/// ([`Engine::auto`]). Nothing is written.
 ///
 /// # Errors
-/// Where there is no adapter, or the run could not go on.
+/// Where the run could not go on.
 pub fn run(scenario: &Scenario, pilot: impl Into<Pilot>) -> Result<Outcome, RunFailure> {
-    let gpu = Gpu::open()?;
-    let mut renderer = renderer(&gpu, scenario)?;
+    run_on(&Engine::auto(), scenario, pilot)
+}
+
+/// The same on an engine that the caller has opened: for many runs, or for the same results on every machine ([`Engine::Cpu`]).
+///
+/// # Errors
+/// Where the run could not go on.
+pub fn run_on(engine: &Engine, scenario: &Scenario, pilot: impl Into<Pilot>) -> Result<Outcome, RunFailure> {
+    let threads = Threads::here();
+    let mut renderer = engine.renderer(scenario, threads.rendering())?;
     let started = Instant::now();
-    let record = run_with(scenario, pilot.into(), &mut renderer, Pace::Overlapped, |_, _| ControlFlow::Continue(()))?;
+    let record = run_with(scenario, pilot.into(), renderer.as_mut(), threads.pace(), |_, _| ControlFlow::Continue(()))?;
     let metrics = Metrics::of(scenario, &record, Some(started.elapsed().as_secs_f64()));
     let (verdict, reasons) = judge(scenario, &record, &metrics);
     Ok(Outcome { verdict, reasons, metrics, record })
-}
-
-/// The wgpu renderer of a scenario's duct, seen by its true rig.
-///
-/// # Errors
-/// Where the duct or the rig cannot be rendered, or the device fails.
-pub fn renderer(gpu: &Gpu, scenario: &Scenario) -> Result<WgpuRenderer, RunError> {
-    let network = scenario.duct.network()?;
-    let looks: Vec<_> = scenario.surfaces.iter().map(|surface| surface.look).collect();
-    Ok(WgpuRenderer::new(gpu, &network, &scenario.actual_rig(), &scenario.optics, &looks, scenario.seed)?)
 }

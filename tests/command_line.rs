@@ -11,6 +11,10 @@ mod inputs;
 mod interrupts;
 #[path = "command_line/other_commands.rs"]
 mod other_commands;
+#[path = "command_line/render.rs"]
+mod render;
+#[path = "command_line/renderers.rs"]
+mod renderers;
 #[path = "command_line/same_seed.rs"]
 mod same_seed;
 #[path = "command_line/verdicts.rs"]

@@ -5,9 +5,9 @@ use std::sync::{Arc, Mutex};
 
 use ductloop::closed_loop::{Pace, run_with};
 use ductloop::record::{EndState, RunRecord};
-use ductloop::{Command, Counts, Frame, MountAngles, Navigator, Pilot, Scenario, Sides, Tick};
+use ductloop::{Command, Counts, Frame, GreyImage, MountAngles, Navigator, Pilot, Pixels, Scenario, Sides, Tick};
 use ductloop_nav::navigator::{Report, State};
-use ductloop_sensor::renderer::{RenderError, Renderer, View};
+use ductloop_sensor::renderer::{ImageMut, Motion, RenderError, Renderer, View};
 use nalgebra::Vector3;
 
 /// Notes every view; the image is grey.
@@ -15,9 +15,12 @@ use nalgebra::Vector3;
 struct Noting(Vec<View>);
 
 impl Renderer for Noting {
-    fn render(&mut self, view: &View, image: &mut [u8]) -> Result<(), RenderError> {
+    fn render(&mut self, view: &View, image: ImageMut<'_>) -> Result<(), RenderError> {
         self.0.push(view.clone());
-        image.fill(7);
+        match image {
+            ImageMut::Grey8(values) => values.fill(7),
+            ImageMut::Grey16(values) => values.fill(7),
+        }
         Ok(())
     }
 }
@@ -98,6 +101,62 @@ fn exposure_and_laser_power_are_the_navigators_to_choose() {
     }
 }
 
+/// Motion blur rests on this: the camera moves as the base and the mount do at the exposure.
+#[test]
+fn the_view_moves_as_the_robot_and_its_mount_do() {
+    // The mount sets out for 0.5 rad to the left with frame 30; its rate is limited.
+    let script = |frame| Command {
+        mount: MountAngles { pan_rad: if frame >= 30 { 0.5 } else { 0.0 }, tilt_rad: 0.0 },
+        ..wheels(4.0, 5.0)
+    };
+    let scenario = scenario("[start]\nheading_deg = 20.0\n");
+    let (record, views, given) = run(&scenario, State::Unknown, script);
+    assert_eq!(views[0].motion, Motion::default(), "at rest");
+    let mut turned = 0;
+    for (i, (frame, view)) in record.frames.iter().zip(&views).enumerate() {
+        assert_eq!(&frame.view, view);
+        let truth = &frame.truth;
+        let ahead = truth.world_from_base.rotation * Vector3::x();
+        let to_camera = view.world_from_camera.translation.vector - truth.world_from_base.translation.vector;
+        let turn = truth.world_from_base.rotation * Vector3::new(0.0, 0.0, truth.yaw_rate_rad_s);
+        let linear = ahead * truth.speed_m_s + turn.cross(&to_camera);
+        assert!((view.motion.linear_m_s - linear).norm() < 1e-9, "frame {i}: {:?} {linear}", view.motion);
+        // The mount's own turning, as the angles handed to the navigator show it: still, at its rate, still.
+        let pan_rate = (view.motion.angular_rad_s - turn).dot(&(truth.world_from_base.rotation * Vector3::z()));
+        let moves = i > 0 && given[i].1 != given[i - 1].1 && given[i].1.pan_rad < 0.5 - 1e-9;
+        let expected = if moves { scenario.robot.mount_rate_rad_s } else { 0.0 };
+        turned += usize::from(moves);
+        if given[i].1.pan_rad == 0.0 || moves {
+            assert!((pan_rate - expected).abs() < 1e-6, "frame {i}: {pan_rate} {:?}", given[i].1);
+        }
+    }
+    // 0.5 rad at 2 rad/s are seven and a half frames.
+    assert!((6..=8).contains(&turned), "{turned}");
+}
+
+#[test]
+fn a_deeper_ccd_gives_deeper_frames() {
+    for (bits, max_dn) in [(8, 255), (10, 1023), (12, 4095)] {
+        let scenario = scenario(&format!("[sensor.ccd]\nbits = {bits}\n"));
+        let told = Arc::new(Mutex::new(Vec::new()));
+        let pilot = Pilot::from(Depths(Arc::clone(&told)));
+        let mut renderer = Noting::default();
+        let record = run_with(&scenario, pilot, &mut renderer, Pace::Alone, |_, _| ControlFlow::Break(())).expect("a run");
+        assert_eq!(*told.lock().expect("the run is over"), [(bits > 8, max_dn)]);
+        assert_eq!(record.key_frames.spread()[0].image.bits().count(), bits);
+    }
+}
+
+/// Notes whether frames are of 16 bits, and their largest value.
+struct Depths(Arc<Mutex<Vec<(bool, u16)>>>);
+
+impl Navigator for Depths {
+    fn on_frame(&mut self, frame: &Frame<'_>, _counts: Counts, _mount: MountAngles, _tick: Tick) -> Command {
+        self.0.lock().expect("one thread at a time").push((matches!(frame.pixels, Pixels::Grey16(_)), frame.max_dn));
+        stand(0)
+    }
+}
+
 #[test]
 fn the_true_mount_points_where_its_error_says_and_reports_otherwise() {
     let error = "[sensor.error]\npan_deg = 3.0\ntilt_deg = 5.0\nroll_deg = 7.0\n";
@@ -171,7 +230,7 @@ fn steering_by_the_truth_is_told_offset_heading_and_width() {
 fn pace_makes_no_difference() {
     let scenario = scenario("[start]\nlateral_m = 0.03\n[perception]\npipeline = \"truth\"\n");
     let run = |pace| {
-        let watch = |_: &_, _: &[u8]| ControlFlow::Continue(());
+        let watch = |_: &_, _: &GreyImage| ControlFlow::Continue(());
         run_with(&scenario, Pilot::of(&scenario), &mut Noting::default(), pace, watch).expect("a run")
     };
     let (alone, overlapped) = (run(Pace::Alone), run(Pace::Overlapped));

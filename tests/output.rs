@@ -15,9 +15,11 @@ use ductloop::output::summary::Summary;
 use ductloop::output::{FileError, frames, try_whole, words};
 use ductloop::record::{EndState, FrameRecord, KeyFrames, RunRecord};
 use ductloop::run_files::write_run;
-use ductloop::{Command, Counts, Measurement, MountAngles, Scenario, Sides, Verdict, report};
+use ductloop::viewpoint::still;
+use ductloop::{Command, Counts, GreyImage, Measurement, MountAngles, Scenario, Sides, Verdict, report};
 use ductloop_nav::navigator::State;
 use ductloop_nav::perception::{StripeLine, Wall, WallMeasurement};
+use ductloop_sensor::optics::Bits;
 use ductloop_sim::collision::Collisions;
 use ductloop_sim::truth::Truth;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
@@ -106,9 +108,13 @@ fn made_up(scenario: &Scenario, lateral_m: f64) -> RunRecord {
                 exposure_s: (i == 3).then_some(0.004),
                 laser_power: None,
             },
+            view: still(on_path, 0.004 + 1e-5 * i as f64),
+            laser_power: 1.0 + 0.01 * i as f64,
             faults: u32::from(blind),
         });
-        key_frames.offer(i, &vec![(i % 200) as u8; camera.width_px * camera.height_px], &lines);
+        let grey = vec![(i % 200) as u16; camera.width_px * camera.height_px];
+        let image = GreyImage::of([camera.width_px, camera.height_px], Bits::Eight, &grey).expect("its size");
+        key_frames.offer(i, &image, &lines);
     }
     RunRecord {
         frames,
@@ -179,6 +185,8 @@ fn the_table_has_a_row_a_frame_and_reads_back_to_the_bit() {
             ("wheel_speed_right_rad_s", frame.truth.wheel_speed_rad_s.right),
             ("command_right_rad_s", frame.command.wheel_speed_rad_s.right),
             ("tilt_rad", frame.mount.tilt_rad),
+            ("exposure_s", frame.view.exposure_s),
+            ("laser_power", frame.laser_power),
         ] {
             assert_eq!(numbers(name).value(i).to_bits(), value.to_bits(), "{name} of frame {i}");
         }

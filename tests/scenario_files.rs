@@ -10,7 +10,8 @@ mod schema;
 use std::path::{Path, PathBuf};
 
 use ductloop::scenario::{FileKind, Overlays, Scenario, Surface};
-use ductloop_sensor::optics::Optics;
+use ductloop_nav::rig::Distortion;
+use ductloop_sensor::optics::{Bits, FanProfile, Optics};
 use ductloop_sim::spec::RobotSpec;
 
 /// A scenario that says no more than it must.
@@ -157,13 +158,35 @@ fn the_true_rig_carries_the_errors() {
 }
 
 #[test]
+fn words_of_the_sensor_are_taken_for_what_they_say_and_survive() {
+    let text = format!(
+        "{LEAST}[sensor]\nexposure = \"auto\"\n[sensor.auto_exposure]\ntarget_dn = 120.0\nmax_ms = 8.0\n[sensor.camera]\n\
+         distortion = [-0.1, 0.02, 0.001, -0.002, 0.003]\n[sensor.light]\nfan_profile = \"cylinder\"\n[sensor.ccd]\nbits = 12\n\
+         [surface.galvanised]\nspangle_mm = 7.0\n"
+    );
+    let scenario = Scenario::from_toml_str(&text).unwrap_or_else(|errors| panic!("{errors}"));
+    assert_eq!((scenario.exposure_s, scenario.first_exposure_s()), (None, 0.004));
+    assert_eq!((scenario.auto_exposure.target_dn, scenario.auto_exposure.exposure_s[1]), (120.0, 0.008));
+    let distortion = Distortion { k1: -0.1, k2: 0.02, p1: 0.001, p2: -0.002, k3: 0.003 };
+    assert_eq!(scenario.rig.camera.distortion, distortion);
+    assert_eq!(scenario.optics.fan_profile, FanProfile::Cylinder);
+    assert_eq!(scenario.optics.ccd.bits, Bits::Twelve);
+    // What a file says of a surface is laid over the preset's.
+    let look = scenario.surfaces[0].look;
+    assert_eq!((look.spangle_m, look.specular), (0.007, 0.2));
+    let written = scenario.to_toml();
+    assert!(!written.contains("fan_edge"), "a cylinder lens has none:\n{written}");
+    assert_eq!(Scenario::from_toml_str(&written), Ok(scenario));
+}
+
+#[test]
 fn a_scenario_changed_by_hand_is_checked_like_a_file() {
     let mut scenario = Scenario::from_toml_str(LEAST).expect("valid");
     scenario.speed_m_s = 0.2;
     assert_eq!(scenario.validate(), Ok(()));
     scenario.duct.width_m = 0.1;
     scenario.seed = u64::MAX;
-    scenario.exposure_s = f64::NAN;
+    scenario.exposure_s = Some(f64::NAN);
     let said = scenario.validate().expect_err("it cannot run").to_string();
     assert!(said.contains("too narrow"), "{said}");
     assert!(said.contains("finite"), "{said}");

@@ -223,6 +223,11 @@ impl Cell {
         self.faces.iter().all(|face| face.plane.distance(point) <= tolerance_m)
     }
 
+    /// Whether a solid may reach into it: no face has all of the solid on its outside.
+    pub(crate) fn is_reached_by(&self, solid: &Solid) -> bool {
+        !self.faces.iter().any(|face| solid.corners.iter().all(|corner| face.plane.distance(corner) > 0.0))
+    }
+
     /// The smallest box around it.
     pub fn bounds(&self) -> Bounds {
         Bounds::around(self.faces.iter().flat_map(|face| &face.outline))

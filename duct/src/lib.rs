@@ -5,6 +5,7 @@
 //! - [`cell`]: the convex cell, its faces, portals and the solids that stand in it;
 //! - [`fitting`]: straight, mitred elbow, radius elbow, each as cells and as a piece of the centreline;
 //! - [`network`]: fittings joined port to port; which cell holds a point, what a ray meets;
+//! - [`bead`]: the low ridges inside the joints;
 //! - [`centreline`]: the reference path: distance along it, lateral and heading error;
 //! - [`box_tree`]: which boxes meet a box, for whatever would otherwise compare each cell with each.
 //!
@@ -12,6 +13,7 @@
 //! the entry port, x pointing into the fitting. World is the frame of the first fitting's entry.
 #![forbid(unsafe_code)]
 
+pub mod bead;
 pub mod box_tree;
 pub mod cell;
 pub mod centreline;

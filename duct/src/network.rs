@@ -133,11 +133,8 @@ impl Network {
 
     /// Puts a solid, given in the world frame, into every cell that it reaches into.
     pub fn add_solid(&mut self, solid: &Solid) {
-        for cell in &mut self.cells {
-            let outside = cell.faces.iter().any(|face| solid.corners.iter().all(|c| face.plane.distance(c) > 0.0));
-            if !outside {
-                cell.solids.push(solid.clone());
-            }
+        for cell in self.cells.iter_mut().filter(|cell| cell.is_reached_by(solid)) {
+            cell.solids.push(solid.clone());
         }
     }
 

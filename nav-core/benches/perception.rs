@@ -7,7 +7,7 @@ use std::hint::black_box;
 
 use common::{Pose, image, wide};
 use criterion::{Criterion, criterion_group, criterion_main};
-use ductloop_nav::messages::{Frame, Pixels};
+use ductloop_nav::messages::Frame;
 use ductloop_nav::perception::Perception;
 use ductloop_nav::perception::paper::{PaperParams, PaperPerception};
 
@@ -18,7 +18,7 @@ fn paper(criterion: &mut Criterion) {
         let pixels = image(&rig, &Pose { lateral_m: 0.02, heading_rad: 0.03, width_m: 0.5 }, [true; 2]);
         let params = PaperParams { hough_r_px, hough_theta_rad: hough_deg.to_radians(), ..PaperParams::default() };
         let mut perception = PaperPerception::new(rig.clone(), params);
-        let frame = Frame { width_px: 640, height_px: 480, pixels: Pixels::Grey8(&pixels) };
+        let frame = Frame::grey8(640, 480, &pixels);
         group.bench_function(name, |b| b.iter(|| perception.perceive(black_box(&frame), rig.mount.rest)));
     }
     group.finish();

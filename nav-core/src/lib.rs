@@ -7,6 +7,7 @@
 //! - [`perception`]: a frame to lateral and heading error;
 //! - [`odometry`]: encoder counts to motion;
 //! - [`control`]: errors to a twist;
+//! - [`exposure`]: how bright the stripes are, to the next frame's exposure and laser power;
 //! - [`navigator`]: all of these, once a frame;
 //! - [`wheel_controller`]: wheel speeds to motor duty, at its own rate.
 //!
@@ -15,6 +16,7 @@
 
 pub mod angle;
 pub mod control;
+pub mod exposure;
 pub mod messages;
 pub mod navigator;
 pub mod odometry;

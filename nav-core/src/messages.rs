@@ -24,6 +24,25 @@ pub struct Frame<'a> {
     pub height_px: usize,
     /// `width_px * height_px` values.
     pub pixels: Pixels<'a>,
+    /// The largest grey value that the camera gives, at which a pixel is full: 255, 1023 or 4095.
+    pub max_dn: u16,
+}
+
+impl<'a> Frame<'a> {
+    /// A frame of 8 bits.
+    pub fn grey8(width_px: usize, height_px: usize, pixels: &'a [u8]) -> Self {
+        Self { width_px, height_px, pixels: Pixels::Grey8(pixels), max_dn: 255 }
+    }
+
+    /// A frame of more than 8 bits, whose largest grey value is `max_dn`.
+    pub fn grey16(width_px: usize, height_px: usize, pixels: &'a [u16], max_dn: u16) -> Self {
+        Self { width_px, height_px, pixels: Pixels::Grey16(pixels), max_dn }
+    }
+
+    /// What a grey value of 8 bits (parameters in DN are stated so) is in this frame: 1 with 8 bits, 1023/255 with 10.
+    pub fn dn_per_dn8(&self) -> f64 {
+        f64::from(self.max_dn) / 255.0
+    }
 }
 
 /// Encoder counts since power-on, of each side's motor. Forward is positive on both sides.

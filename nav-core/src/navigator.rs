@@ -4,6 +4,7 @@
 //! by the encoders up to the exposure, by the commanded wheel speeds and their lag from there on.
 
 use crate::control::{ControlLaw, PathState};
+use crate::exposure::AutoExposure;
 use crate::messages::{Command, Counts, Frame, Sides, Tick};
 use crate::odometry::{DriveModel, advance};
 use crate::perception::{Measurement, Perception, StripeLine};
@@ -66,6 +67,7 @@ pub struct DuctNavigator<P, L> {
     params: NavigatorParams,
     perception: P,
     law: L,
+    auto_exposure: Option<AutoExposure>,
     lateral_m: f64,
     heading_rad: f64,
     travelled_m: f64,
@@ -84,6 +86,7 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
             params,
             perception,
             law,
+            auto_exposure: None,
             lateral_m: 0.0,
             heading_rad: 0.0,
             travelled_m: 0.0,
@@ -93,6 +96,11 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
             state: State::Unknown,
             unseen_since: None,
         }
+    }
+
+    /// With exposure and laser power chosen frame by frame, instead of left as they are.
+    pub fn with_auto_exposure(self, auto_exposure: AutoExposure) -> Self {
+        Self { auto_exposure: Some(auto_exposure), ..self }
     }
 
     /// The perception, to look at its stages.
@@ -133,10 +141,9 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
         let (lateral_m, heading_rad, along) = advance(self.lateral_m, self.heading_rad, meanwhile, period_s);
         PathState { lateral_m, heading_rad, curvature_1_m: 0.0, travelled_m: self.travelled_m + along, period_s }
     }
-}
 
-impl<P: Perception, L: ControlLaw> Navigator for DuctNavigator<P, L> {
-    fn on_frame(&mut self, frame: &Frame<'_>, counts: Counts, mount: MountAngles, tick: Tick) -> Command {
+    /// Wheels and mount: what to do on what this frame shows.
+    fn drive(&mut self, frame: &Frame<'_>, counts: Counts, mount: MountAngles, tick: Tick) -> Command {
         let period_s = self.params.ticks_per_frame as f64 / self.params.ticks_per_s;
         let wheels = self.dead_reckon(counts, tick);
         let unseen_s = self.look(frame, mount, tick);
@@ -155,6 +162,17 @@ impl<P: Perception, L: ControlLaw> Navigator for DuctNavigator<P, L> {
         let twist = self.law.twist(&self.at_actuation(wheels, period_s));
         self.commanded = self.params.drive.wheels(twist);
         Command { wheel_speed_rad_s: self.commanded, ..Command::stop(self.params.mount) }
+    }
+}
+
+impl<P: Perception, L: ControlLaw> Navigator for DuctNavigator<P, L> {
+    fn on_frame(&mut self, frame: &Frame<'_>, counts: Counts, mount: MountAngles, tick: Tick) -> Command {
+        let command = self.drive(frame, counts, mount, tick);
+        // Also while it stands: it may be too dark to see anything.
+        match self.auto_exposure.as_mut().map(|auto| auto.on_frame(frame)) {
+            Some(light) => Command { exposure_s: Some(light.exposure_s), laser_power: Some(light.laser_power), ..command },
+            None => command,
+        }
     }
 
     fn report(&self) -> Report<'_> {

@@ -261,7 +261,13 @@ mod tests {
         let source = Point3::new(0.0, 0.06, 0.0);
         let normal = Unit::new_normalize(Vector3::new(0.0, 1.0, 0.1));
         Rig {
-            camera: Camera { width_px: 640, height_px: 480, focal_px: [400.0; 2], centre_px: [319.5, 239.5], distortion: Distortion::NONE },
+            camera: Camera {
+                width_px: 640,
+                height_px: 480,
+                focal_px: [400.0; 2],
+                centre_px: [319.5, 239.5],
+                distortion: Distortion::NONE,
+            },
             mount: Mount { position_in_base_m: Point3::origin(), roll_rad: 0.0, rest: MountAngles::default() },
             lasers: vec![Laser {
                 name: "low".into(),

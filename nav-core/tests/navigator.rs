@@ -46,7 +46,7 @@ fn drive(frames: &[[u8; 2]], speed_m_s: f64) -> (Vec<State>, Vec<f64>, Vec<PathS
     let (mut states, mut wheels) = (Vec::new(), Vec::new());
     for (i, pixels) in frames.iter().enumerate() {
         let counts = (COUNTS_A_FRAME * speed_m_s / 0.3 * i as f64).round() as i64;
-        let frame = Frame { width_px: 2, height_px: 1, pixels: Pixels::Grey8(pixels) };
+        let frame = Frame::grey8(2, 1, pixels);
         let command = navigator.on_frame(&frame, Counts { left: counts, right: counts }, MountAngles::default(), 40 * i as u64);
         states.push(navigator.report().state);
         wheels.push(command.wheel_speed_rad_s.left);

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Pose, image, wide};
-use ductloop_nav::messages::{Frame, Pixels};
+use ductloop_nav::messages::Frame;
 use ductloop_nav::perception::paper::{LineFit, PaperParams, PaperPerception, PlaneFit};
 use ductloop_nav::perception::{Measurement, Perception, Wall};
 use ductloop_nav::rig::Rig;
@@ -11,7 +11,7 @@ use proptest::prelude::*;
 
 fn measure(rig: &Rig, params: PaperParams, pixels: &[u8]) -> (Measurement, PaperPerception) {
     let mut perception = PaperPerception::new(rig.clone(), params);
-    let frame = Frame { width_px: rig.camera.width_px, height_px: rig.camera.height_px, pixels: Pixels::Grey8(pixels) };
+    let frame = Frame::grey8(rig.camera.width_px, rig.camera.height_px, pixels);
     let measured = perception.perceive(&frame, rig.mount.rest);
     (measured, perception)
 }
@@ -55,10 +55,17 @@ fn sixteen_bits_say_the_same_as_eight() {
     let rig = wide();
     let pixels = image(&rig, &POSES[1], [true; 2]);
     let (from_8, _) = measure(&rig, PaperParams::default(), &pixels);
-    let wider: Vec<u16> = pixels.iter().map(|p| u16::from(*p)).collect();
-    let frame = Frame { width_px: 640, height_px: 480, pixels: Pixels::Grey16(&wider) };
-    let from_16 = PaperPerception::new(rig.clone(), PaperParams::default()).perceive(&frame, rig.mount.rest);
-    assert_eq!(from_8, from_16);
+    let perceive = |factor: u16, max_dn: u16| {
+        let wider: Vec<u16> = pixels.iter().map(|p| factor * u16::from(*p)).collect();
+        let frame = Frame::grey16(640, 480, &wider, max_dn);
+        PaperPerception::new(rig.clone(), PaperParams::default()).perceive(&frame, rig.mount.rest)
+    };
+    assert_eq!(perceive(1, 255), from_8);
+    // With 17 = 4335/255 levels for one of 8 bits every grey value is a multiple: thresholds keep pace, and so do centroids, up
+    // to rounding in the last places of a double.
+    let deep = perceive(17, 4335);
+    let apart = |a: Option<f64>, b: Option<f64>| (a.expect("seen") - b.expect("seen")).abs();
+    assert!(apart(deep.lateral_m, from_8.lateral_m) < 1e-9 && apart(deep.heading_rad, from_8.heading_rad) < 1e-9);
 }
 
 #[test]

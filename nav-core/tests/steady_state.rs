@@ -4,7 +4,8 @@ mod common;
 
 use common::{Pose, image, wide};
 use ductloop_nav::control::koh_cho::{KohCho, KohChoParams};
-use ductloop_nav::messages::{Counts, Frame, Pixels};
+use ductloop_nav::exposure::{AutoExposure, ExposureParams};
+use ductloop_nav::messages::{Counts, Frame};
 use ductloop_nav::navigator::{DuctNavigator, Navigator, NavigatorParams, State};
 use ductloop_nav::odometry::DriveModel;
 use ductloop_nav::perception::paper::{PaperParams, PaperPerception};
@@ -25,10 +26,12 @@ fn no_allocation_after_the_first_frames() {
     };
     let params = NavigatorParams { ticks_per_s: 1200.0, ticks_per_frame: 40, drive, coast_s: 0.5, mount: MountAngles::default() };
     let perception = PaperPerception::new(rig.clone(), PaperParams::default());
-    let mut navigator = DuctNavigator::new(params, perception, KohCho::new(KohChoParams::default()));
+    let exposure = ExposureParams { target_dn: 150.0, exposure_s: [1e-4, 1e-2], laser_power: [0.1, 1.0], first_exposure_s: 4e-3 };
+    let mut navigator = DuctNavigator::new(params, perception, KohCho::new(KohChoParams::default()))
+        .with_auto_exposure(AutoExposure::new(exposure, &rig));
     let mut wheels = WheelController::new(WheelGains::from_bandwidth(60.0, 31.2, 0.02), 0.005, 66_000.0);
     let mut step = |index: usize| {
-        let frame = Frame { width_px: 640, height_px: 480, pixels: Pixels::Grey8(&images[index % images.len()]) };
+        let frame = Frame::grey8(640, 480, &images[index % images.len()]);
         let counts = Counts { left: 2600 * index as i64, right: 2600 * index as i64 };
         let command = navigator.on_frame(&frame, counts, rig.mount.rest, 40 * index as u64);
         wheels.command(command.wheel_speed_rad_s);

@@ -1,4 +1,4 @@
-//! What a frame of each rig costs, read-back included.
+//! What a frame of each rig costs, on the CPU with one thread and, read-back included, on wgpu.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -6,13 +6,27 @@ mod common;
 use common::{LOOKS, base_at, duct, elbow, incra1, straight, view, wide};
 use criterion::{Criterion, criterion_group, criterion_main};
 use ductloop_duct::cell::{Solid, SurfaceId};
-use ductloop_sensor::optics::Optics;
-use ductloop_sensor::renderer::Renderer;
-use ductloop_sensor::{Transform, WgpuRenderer};
+use ductloop_duct::network::Network;
+use ductloop_nav::rig::Rig;
+use ductloop_sensor::optics::{Lens, Optics};
+use ductloop_sensor::renderer::{Motion, Renderer, View};
+use ductloop_sensor::surface::Look;
+use ductloop_sensor::{CpuRenderer, Transform};
 use nalgebra::Vector3;
 
-fn render(criterion: &mut Criterion) {
-    let Some(gpu) = common::gpu() else { return };
+/// Rough zinc under dust.
+const ZINC: Look = Look { albedo: 0.35, specular: 0.2, roughness: 0.45, ..Look::matt(0.35) };
+
+struct Case {
+    name: &'static str,
+    rig: Rig,
+    network: Network,
+    optics: Optics,
+    looks: [Look; 2],
+    view: View,
+}
+
+fn cases() -> Vec<Case> {
     let plain = duct(&[straight(6.0, 0.5, 0.3)]);
     let mut boxes = plain.clone();
     for i in 0..8 {
@@ -22,19 +36,33 @@ fn render(criterion: &mut Criterion) {
     let bend = duct(&[straight(2.5, 0.5, 0.3), elbow(90.0, 0.375, 0.5, 0.3), straight(2.0, 0.5, 0.3)]);
     // Cost must not grow with the network: the same view, 1000 fittings around it.
     let long = duct(&vec![straight(1.0, 0.5, 0.3); 1000]);
-    let cases = [
-        ("wide/1000 fittings", wide(), &long, 501.5),
-        ("wide/straight", wide(), &plain, 1.5),
-        ("wide/8 boxes", wide(), &boxes, 1.5),
-        ("wide/elbow", wide(), &bend, 2.0),
-        ("incra1/straight", incra1(), &plain, 1.5),
-    ];
-    for (name, rig, network, x) in cases {
-        let mut renderer =
-            WgpuRenderer::new(gpu, network, &rig, &Optics::default(), &LOOKS, 1).expect("the rig and the optics are sound");
-        let mut image = vec![0_u8; rig.camera.width_px * rig.camera.height_px];
-        let mut view = view(&rig, &base_at(x, 0.0, 0.0));
-        criterion.bench_function(name, |b| {
+    let case = |name, rig: Rig, network: &Network, x: f64| {
+        let view = view(&rig, &base_at(x, 0.0, 0.0));
+        Case { name, rig, network: network.clone(), optics: Optics::default(), looks: LOOKS, view }
+    };
+    let full = Optics { ghosts: true, bounce: true, ..Optics::default() };
+    let mut moving = case("wide/straight, turning", wide(), &plain, 1.5);
+    moving.view.motion = Motion { linear_m_s: Vector3::new(0.3, 0.0, 0.0), angular_rad_s: Vector3::new(0.0, 0.0, 1.0) };
+    let lens = Lens { aperture_m: 1e-3, ..Lens::default() };
+    vec![
+        case("wide/straight", wide(), &plain, 1.5),
+        Case { looks: [ZINC; 2], ..case("wide/straight, zinc", wide(), &plain, 1.5) },
+        Case { looks: [ZINC; 2], optics: full, ..case("wide/straight, zinc, ghosts and bounce", wide(), &plain, 1.5) },
+        Case { optics: Optics { lens, ..Optics::default() }, ..case("wide/straight, out of focus", wide(), &plain, 1.5) },
+        moving,
+        case("wide/1000 fittings", wide(), &long, 501.5),
+        case("wide/8 boxes", wide(), &boxes, 1.5),
+        case("wide/elbow", wide(), &bend, 2.0),
+        case("incra1/straight", incra1(), &plain, 1.5),
+    ]
+}
+
+fn measure(criterion: &mut Criterion, engine: &str, make: impl Fn(&Case) -> Box<dyn Renderer>) {
+    for case in cases() {
+        let mut renderer = make(&case);
+        let mut image = vec![0_u8; case.rig.camera.width_px * case.rig.camera.height_px];
+        let mut view = case.view.clone();
+        criterion.bench_function(&format!("{engine}/{}", case.name), |b| {
             b.iter(|| {
                 view.frame += 1;
                 renderer.render(&view, image.as_mut_slice().into()).expect("the camera is in the duct");
@@ -43,5 +71,24 @@ fn render(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, render);
+fn cpu(criterion: &mut Criterion) {
+    measure(criterion, "cpu", |case| {
+        let renderer = CpuRenderer::new(&case.network, &case.rig, &case.optics, &case.looks, 1, 1);
+        Box::new(renderer.expect("the rig and the optics are sound"))
+    });
+}
+
+#[cfg(feature = "wgpu")]
+fn wgpu(criterion: &mut Criterion) {
+    let Some(gpu) = common::gpu() else { return };
+    measure(criterion, "wgpu", |case| {
+        let renderer = ductloop_sensor::WgpuRenderer::new(gpu, &case.network, &case.rig, &case.optics, &case.looks, 1);
+        Box::new(renderer.expect("the rig and the optics are sound"))
+    });
+}
+
+#[cfg(feature = "wgpu")]
+criterion_group!(benches, cpu, wgpu);
+#[cfg(not(feature = "wgpu"))]
+criterion_group!(benches, cpu);
 criterion_main!(benches);

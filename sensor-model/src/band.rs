@@ -5,8 +5,7 @@
 use nalgebra::{Point3, Vector2, Vector3};
 
 use crate::lens::Projection;
-use crate::light::CUT_SIGMAS;
-use crate::strip::{Blur, PixelRay, Strip};
+use crate::strip::{Blur, PixelRay, Strip, StripAt};
 
 /// A place on the middle of a strip.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,56 +31,83 @@ const STEP_PX: f64 = 16.0;
 const STEPS_MAX: usize = 128;
 /// Nearest distance along the view that a strip's middle is followed to, in metres.
 const NEAR_M: f64 = 1e-3;
+/// Thickest half of a band, in pixels: more than any image.
+const HALF_MAX_PX: f64 = 4096.0;
 
-/// Appends the band of a strip; `piece` is the outline of its lit part in the camera's frame, `laser` the normal of the laser's plane. Returns
-/// whether any of it is in the image.
-pub fn walk(
-    strip: &Strip,
-    piece: &[Point3<f64>],
-    projection: &Projection,
-    blur: &Blur,
-    laser: &Vector3<f64>,
-    band: &mut Vec<BandPoint>,
-) -> bool {
-    let normal = strip.plane.normal.into_inner();
-    // The stripe's middle in space, from where it is nearest to the camera's centre.
-    let Some(along) = normal.cross(laser).try_normalize(1e-9) else { return false };
-    let Some((origin, along)) = middle_line(strip, laser, &along) else { return false };
-    let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
-    for point in piece {
-        let at = (point.coords - origin).dot(&along);
-        (from, to) = (from.min(at), to.max(at));
+/// The part of a strip's middle that is lit and in front of the camera: a straight line of rays (x, y).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Middle {
+    /// One end.
+    pub first: Vector2<f64>,
+    /// The other.
+    pub last: Vector2<f64>,
+}
+
+impl Middle {
+    /// Of a strip whose lit part, in the camera's frame, has the outline `piece`; `laser` is the normal of the laser's plane. None where
+    /// there is nothing in front of the camera, or the laser's plane runs along the sheet.
+    pub fn new(strip: &Strip, piece: &[Point3<f64>], laser: &Vector3<f64>) -> Option<Self> {
+        let normal = strip.plane.normal.into_inner();
+        // The stripe's middle in space, from where it is nearest to the camera's centre.
+        let along = normal.cross(laser).try_normalize(1e-9)?;
+        let (origin, along) = middle_line(strip, laser, &along)?;
+        let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
+        for point in piece {
+            let at = (point.coords - origin).dot(&along);
+            (from, to) = (from.min(at), to.max(at));
+        }
+        // Only what is in front of the camera.
+        if along.z.abs() > 1e-12 {
+            let near = (NEAR_M - origin.z) / along.z;
+            if along.z > 0.0 { from = from.max(near) } else { to = to.min(near) }
+        } else if origin.z < NEAR_M {
+            return None;
+        }
+        let ray = |at: f64| {
+            let point = origin + along * at;
+            Vector2::new(point.x / point.z, point.y / point.z)
+        };
+        (from <= to).then(|| Self { first: ray(from), last: ray(to) })
     }
-    // Only what is in front of the camera.
-    if along.z.abs() > 1e-12 {
-        let near = (NEAR_M - origin.z) / along.z;
-        if along.z > 0.0 { from = from.max(near) } else { to = to.min(near) }
-    } else if origin.z < NEAR_M {
-        return false;
+
+    /// The ray at a share of the way from the first end to the last.
+    pub fn at(&self, share: f64) -> Vector2<f64> {
+        self.first + (self.last - self.first) * share
     }
-    if from > to {
-        return false;
+
+    /// Length in the image, in pixels before distortion.
+    pub fn length_px(&self, projection: &Projection) -> f64 {
+        let [fx, fy] = projection.camera.focal_px;
+        let way = self.last - self.first;
+        Vector2::new(way.x * fx, way.y * fy).norm()
     }
-    let ray = |at: f64| {
-        let point = origin + along * at;
-        Vector2::new(point.x / point.z, point.y / point.z)
-    };
-    let (first, last) = (ray(from), ray(to));
-    let focal = projection.camera.focal_px;
-    let length_px = Vector2::new((last.x - first.x) * focal[0], (last.y - first.y) * focal[1]).norm();
-    let steps = ((length_px / STEP_PX).ceil() as usize).clamp(1, STEPS_MAX);
-    let start = band.len();
-    for i in 0..=steps {
-        let xy = first + (last - first) * (i as f64 / steps as f64);
-        let pixel = PixelRay { ray: Vector3::new(xy.x, xy.y, 1.0), rays_per_pixel: projection.rays_per_pixel(xy.into()) };
-        let at = strip.at(&pixel, blur);
-        // The gradient changes across the stripe, by a quarter at the very most within its light; and a pixel for the pixel's own size.
-        let half_px = (1.25 * CUT_SIGMAS * at.spread_px + 1.0).min(4096.0);
-        band.push(BandPoint { pixel: projection.pixel(xy.into()).into(), normal: at.ridge.normal, half_px });
+
+    /// Appends the band along it, with its light followed to so many standard deviations to each side as `reach` says. Returns whether any
+    /// of it is in the image.
+    pub fn lay(
+        &self,
+        strip: &Strip,
+        reach: impl Fn(&StripAt) -> f64,
+        projection: &Projection,
+        blur: &Blur,
+        band: &mut Vec<BandPoint>,
+    ) -> bool {
+        let steps = ((self.length_px(projection) / STEP_PX).ceil() as usize).clamp(1, STEPS_MAX);
+        let start = band.len();
+        let mut soft_px = [0.0; 2];
+        for i in 0..=steps {
+            let xy = self.at(i as f64 / steps as f64);
+            let at = strip.at(&PixelRay::of(projection, xy), blur);
+            let reach = reach(&at);
+            // The gradient changes across the stripe, by a quarter at the very most within its light; and a pixel for the pixel's own size.
+            let half_px = (1.25 * reach * at.spread_px + 1.0).min(HALF_MAX_PX);
+            band.push(BandPoint { pixel: projection.pixel(xy.into()).into(), normal: at.ridge.normal, half_px });
+            soft_px[usize::from(i > 0)] = (reach * at.ridge.blur_px.max(at.window.blur_px) + 2.0).min(HALF_MAX_PX);
+        }
+        stretch_ends(&mut band[start..], soft_px);
+        square_up(&mut band[start..]);
+        is_in_view(&band[start..], projection)
     }
-    stretch_ends(&mut band[start..], blur, 1.0 / (origin + along * ((from + to) / 2.0)).z);
-    square_up(&mut band[start..]);
-    is_in_view(&band[start..], projection)
 }
 
 /// A point of the line where the sheet and the laser's plane meet, the one nearest to the camera, and the line's unit direction.
@@ -100,9 +126,8 @@ fn middle_line(strip: &Strip, laser: &Vector3<f64>, along: &Vector3<f64>) -> Opt
     Some((normal * a + laser * b, *along))
 }
 
-/// Moves the ends outward by what the lens spreads beyond them.
-fn stretch_ends(band: &mut [BandPoint], blur: &Blur, inverse_z: f64) {
-    let reach_px = CUT_SIGMAS * (blur.variance_px2(inverse_z) + 1.0).sqrt() + 1.0;
+/// Moves the ends outward, by so much each, to where the lens (or a mirror) spreads light beyond them.
+fn stretch_ends(band: &mut [BandPoint], reach_px: [f64; 2]) {
     let count = band.len();
     let Some(along) = (band[count - 1].pixel - band[0].pixel).try_normalize(1e-9) else {
         // A strip that is seen end on, or nearly: a square about it.
@@ -114,8 +139,8 @@ fn stretch_ends(band: &mut [BandPoint], blur: &Blur, inverse_z: f64) {
     };
     let forward = if count > 2 { (band[1].pixel - band[0].pixel).normalize() } else { along };
     let backward = if count > 2 { (band[count - 2].pixel - band[count - 1].pixel).normalize() } else { -along };
-    band[0].pixel -= forward * reach_px;
-    band[count - 1].pixel -= backward * reach_px;
+    band[0].pixel -= forward * reach_px[0];
+    band[count - 1].pixel -= backward * reach_px[1];
 }
 
 /// Turns the normals square to the band's own direction, all to the same side.

@@ -24,6 +24,15 @@ pub struct Sight<'a> {
     pub path: &'a [CellId],
 }
 
+/// What a beam ends on.
+#[derive(Debug)]
+pub enum Met<'a> {
+    /// A part of a sheet.
+    Sheet(Sight<'a>),
+    /// A part of an open end: its outline in the apex' frame.
+    End(&'a [Point3<f64>]),
+}
+
 /// Working memory of the search, to be kept from one to the next.
 #[derive(Debug, Default)]
 pub struct Beam {
@@ -55,6 +64,23 @@ impl Beam {
         range_m: f64,
         visit: &mut dyn FnMut(&Sight),
     ) {
+        self.trace_to_ends(scenery, apex_from_world, cell, bounds, range_m, &mut |met| {
+            if let Met::Sheet(sight) = met {
+                visit(&sight);
+            }
+        });
+    }
+
+    /// As [`Self::trace`], and visits the open ends too.
+    pub fn trace_to_ends(
+        &mut self,
+        scenery: &Scenery,
+        apex_from_world: &Transform,
+        cell: CellId,
+        bounds: &[Vector3<f64>],
+        range_m: f64,
+        visit: &mut dyn FnMut(Met),
+    ) {
         self.points.clear();
         self.path.clear();
         self.bounds.clear();
@@ -63,17 +89,27 @@ impl Beam {
     }
 
     /// The beam bounded by `self.bounds[first_bound..]` within one cell and what lies beyond its openings.
-    fn enter(&mut self, search: &Search, cell: CellId, first_bound: usize, visit: &mut dyn FnMut(&Sight)) {
+    fn enter(&mut self, search: &Search, cell: CellId, first_bound: usize, visit: &mut dyn FnMut(Met)) {
         self.path.push(cell);
         let room = &search.scenery.rooms[cell];
         for sheet in &room.sheets {
             if sheet.plane.transformed(search.apex_from_world).offset_m > IN_PLANE_M {
                 let start = self.push_clipped(search, &sheet.outline, first_bound);
                 if self.points.len() >= start + 3 {
-                    visit(&Sight { sheet, outline: &self.points[start..], path: &self.path });
+                    visit(Met::Sheet(Sight { sheet, outline: &self.points[start..], path: &self.path }));
                 }
                 self.points.truncate(start);
             }
+        }
+        for grille in &room.grilles {
+            if grille.plane.transformed(search.apex_from_world).offset_m <= IN_PLANE_M {
+                continue;
+            }
+            let start = self.push_clipped(search, &grille.outline, first_bound);
+            if self.points.len() >= start + 3 {
+                visit(Met::End(&self.points[start..]));
+            }
+            self.points.truncate(start);
         }
         for opening in &room.openings {
             // A ray crosses a convex cell at most once, so the beam never comes back.

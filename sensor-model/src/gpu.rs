@@ -8,6 +8,9 @@ use crate::renderer::RenderError;
 /// Longest that a frame may take before the device counts as hung. The first one compiles shaders: 0.3 s on lavapipe.
 pub(crate) const FRAME_TIMEOUT: Duration = Duration::from_secs(20);
 
+/// Longest that opening a device may take: drivers start services and fill caches the first time.
+const OPEN_TIMEOUT: Duration = Duration::from_secs(60);
+
 /// What renders.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Adapter {
@@ -41,8 +44,19 @@ impl Gpu {
     /// (`VK_DRIVER_FILES`) choose among several.
     ///
     /// # Errors
-    /// [`RenderError::NoAdapter`] where there is none, [`RenderError::Device`] where it gives no device.
+    /// [`RenderError::NoAdapter`] where there is none, [`RenderError::Device`] where it gives no device, [`RenderError::Hung`] where the
+    /// driver does not answer within a minute.
     pub fn open() -> Result<Self, RenderError> {
+        // Drivers are asked without a limit of time: they are waited for elsewhere.
+        let (tell, told) = std::sync::mpsc::sync_channel(1);
+        std::thread::spawn(move || {
+            // Nobody listens any more only if the wait below has given up.
+            let _ = tell.send(Self::open_unlimited());
+        });
+        told.recv_timeout(OPEN_TIMEOUT).unwrap_or(Err(RenderError::Hung(OPEN_TIMEOUT.as_secs_f64())))
+    }
+
+    fn open_unlimited() -> Result<Self, RenderError> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
         let options = wgpu::RequestAdapterOptions {
             power_preference: wgpu::PowerPreference::HighPerformance,
@@ -62,11 +76,10 @@ impl Gpu {
 
         let fault: Arc<Mutex<Option<RenderError>>> = Arc::default();
         let lost = Arc::clone(&fault);
+        // A device that is dropped reports its loss too; there is nobody left to tell.
         device.set_device_lost_callback(move |reason, message| {
-            // `Destroyed` is this process letting go of the device.
-            if reason != wgpu::DeviceLostReason::Destroyed {
-                record(&lost, RenderError::Lost(message));
-            }
+            let message = if message.is_empty() { format!("{reason:?}") } else { message };
+            record(&lost, RenderError::Lost(message));
         });
         let refused = Arc::clone(&fault);
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
@@ -87,6 +100,13 @@ impl Gpu {
         &self.shared.adapter
     }
 
+    /// Gives the device back, for all its clones: every frame that is asked for after that fails with [`RenderError::Lost`].
+    pub fn close(&self) {
+        self.shared.device.destroy();
+        // The loss is reported by the next poll; what it says is `check`'s to tell.
+        let _ = self.shared.device.poll(wgpu::PollType::Poll);
+    }
+
     pub(crate) fn device(&self) -> &wgpu::Device {
         &self.shared.device
     }
@@ -101,6 +121,11 @@ impl Gpu {
         fault.clone().map_or(Ok(()), Err)
     }
 
+    /// The first thing that went wrong on the device, or else this.
+    pub(crate) fn fault_or(&self, message: String) -> RenderError {
+        self.check().err().unwrap_or(RenderError::Device(message))
+    }
+
     /// Waits for a submission, and for the mappings asked for after it.
     pub(crate) fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<(), RenderError> {
         let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(FRAME_TIMEOUT) };
@@ -110,7 +135,7 @@ impl Gpu {
                 record(&self.shared.fault, RenderError::Hung(FRAME_TIMEOUT.as_secs_f64()));
                 self.check()
             }
-            Err(error) => Err(RenderError::Device(error.to_string())),
+            Err(error) => Err(self.fault_or(error.to_string())),
         }
     }
 }

@@ -16,29 +16,52 @@
 
 pub mod band;
 pub mod beam;
+mod bounce;
 pub mod coverage;
+mod cpu;
+pub mod daylight;
+pub mod exposure_parts;
 pub mod frame_geometry;
+pub mod glow;
+mod glow_nodes;
 pub mod lens;
 pub mod light;
+mod line_light;
 pub mod noise;
 pub mod optics;
+mod passage;
 pub mod renderer;
 pub mod scenery;
 pub mod silhouette;
 pub mod strip;
 pub mod surface;
+pub mod truth;
+pub mod vector_math;
 
 #[cfg(feature = "wgpu")]
 pub mod gpu;
 #[cfg(feature = "wgpu")]
+mod gpu_blocks;
+#[cfg(feature = "wgpu")]
 mod gpu_buffers;
 #[cfg(feature = "wgpu")]
-mod gpu_scene;
+mod gpu_ccd;
 #[cfg(feature = "wgpu")]
-mod pipelines;
+mod gpu_filter;
+#[cfg(feature = "wgpu")]
+mod gpu_frame;
+#[cfg(feature = "wgpu")]
+mod gpu_light;
+#[cfg(feature = "wgpu")]
+mod gpu_light_pipelines;
+#[cfg(feature = "wgpu")]
+mod gpu_mesh;
+#[cfg(feature = "wgpu")]
+mod gpu_tiles;
 #[cfg(feature = "wgpu")]
 mod wgpu_renderer;
 
+pub use cpu::CpuRenderer;
 #[cfg(feature = "wgpu")]
 pub use wgpu_renderer::WgpuRenderer;
 

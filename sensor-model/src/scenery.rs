@@ -3,6 +3,8 @@
 //! Made once from a network, in world coordinates: faces lose the areas of their portals, the solids' faces are cut to the cells
 //! that list them, so that every visible piece of surface is in exactly one sheet.
 
+use std::collections::BTreeMap;
+
 use ductloop_duct::cell::{Beyond, Cell, CellId, Face, Plane, Solid, SurfaceId};
 use ductloop_duct::network::Network;
 use nalgebra::{Point3, Vector3};
@@ -28,6 +30,8 @@ pub struct Sheet {
     pub body: Option<usize>,
     /// The cell that it is in.
     pub cell: CellId,
+    /// Its area over its greatest extent, in metres.
+    pub breadth_m: f64,
 }
 
 /// Number of a sheet.
@@ -56,12 +60,16 @@ pub struct Grille {
 /// A body that casts shadows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
+    /// Middle and radius, in metres, of a ball that holds it.
+    pub ball: (Point3<f64>, f64),
     /// Its faces' planes, normals pointing out of it.
     pub planes: Vec<Plane>,
     /// Its corners.
     pub corners: Vec<Point3<f64>>,
     /// Pairs of corners that an edge joins.
     pub edges: Vec<[usize; 2]>,
+    /// The two faces that meet in each edge, as indices into `planes`.
+    pub sides: Vec<[usize; 2]>,
 }
 
 /// A cell as light sees it.
@@ -82,7 +90,7 @@ pub struct Room {
 pub struct Scenery {
     /// A room for each cell.
     pub rooms: Vec<Room>,
-    /// The solids of all cells. One that reaches into two cells is here twice: it casts the same shadow.
+    /// The solids of all cells, one that reaches into several cells once.
     pub bodies: Vec<Body>,
     /// Number of sheets in all rooms.
     pub sheets: usize,
@@ -97,10 +105,16 @@ impl Body {
         const ON_PLANE_M: f64 = 1e-7;
         let on = |corner: &Point3<f64>, plane: &Plane| plane.distance(corner).abs() < ON_PLANE_M;
         let corners = &solid.corners;
-        let joined = |a: usize, b: usize| solid.planes.iter().filter(|p| on(&corners[a], p) && on(&corners[b], p)).count() >= 2;
         let pairs = (0..corners.len()).flat_map(|a| (a + 1..corners.len()).map(move |b| [a, b]));
-        let edges = pairs.filter(|[a, b]| joined(*a, *b)).collect();
-        Self { planes: solid.planes.clone(), corners: corners.clone(), edges }
+        let (edges, sides) = pairs
+            .filter_map(|[a, b]| {
+                let mut shared = (0..solid.planes.len()).filter(|i| [a, b].iter().all(|c| on(&corners[*c], &solid.planes[*i])));
+                Some(([a, b], [shared.next()?, shared.next()?]))
+            })
+            .unzip();
+        let middle = Point3::from(corners.iter().map(|c| c.coords).sum::<Vector3<f64>>() / corners.len().max(1) as f64);
+        let radius_m = corners.iter().map(|corner| (corner - middle).norm()).fold(0.0, f64::max);
+        Self { ball: (middle, radius_m), planes: solid.planes.clone(), corners: corners.clone(), edges, sides }
     }
 }
 
@@ -119,8 +133,11 @@ impl Scenery {
             Some(_) => Ok(surface),
             None => Err(RenderError::NoLook { surface, looks: looks.len() }),
         };
-        let mut bodies = Vec::new();
+        let mut bodies: Vec<Body> = Vec::new();
         let mut rooms = Vec::with_capacity(network.cells.len());
+        // A solid is the same in all cells that list it, to the bit.
+        let mut known_bodies: BTreeMap<Vec<u64>, usize> = BTreeMap::new();
+        let key = |solid: &Solid| solid.corners.iter().flat_map(|corner| corner.coords.iter().map(|c| c.to_bits())).collect();
         let mut sheets = 0;
         let mut id = || {
             sheets += 1;
@@ -133,6 +150,7 @@ impl Scenery {
                 let plane = face.plane;
                 room.sheets.extend(closed_parts(face).into_iter().map(|outline| Sheet {
                     id: id(),
+                    breadth_m: breadth_m(&outline),
                     outline,
                     plane,
                     surface,
@@ -149,11 +167,15 @@ impl Scenery {
             }
             for solid in &cell.solids {
                 let surface = known(solid.surface)?;
-                let body = Some(bodies.len());
-                room.bodies.push(bodies.len());
-                bodies.push(Body::of(solid));
+                let body = *known_bodies.entry(key(solid)).or_insert_with(|| {
+                    bodies.push(Body::of(solid));
+                    bodies.len() - 1
+                });
+                room.bodies.push(body);
+                let body = Some(body);
                 room.sheets.extend(faces_within(solid, cell).map(|(plane, outline)| Sheet {
                     id: id(),
+                    breadth_m: breadth_m(&outline),
                     outline,
                     plane,
                     surface,
@@ -209,6 +231,11 @@ fn area(polygon: &[Point3<f64>]) -> f64 {
     let Some(first) = polygon.first() else { return 0.0 };
     let doubled: Vector3<f64> = polygon.windows(2).map(|edge| (edge[0] - first).cross(&(edge[1] - first))).sum();
     doubled.norm() / 2.0
+}
+
+fn breadth_m(polygon: &[Point3<f64>]) -> f64 {
+    let extent = polygon.iter().flat_map(|a| polygon.iter().map(move |b| (b - a).norm())).fold(0.0, f64::max);
+    area(polygon) / extent
 }
 
 /// A face without its portals, in convex pieces: each portal's edges cut off one piece after the other.

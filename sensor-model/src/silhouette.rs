@@ -2,6 +2,38 @@
 
 use nalgebra::{Point3, Vector3};
 
+use crate::scenery::Body;
+
+/// Outlines of whole bodies, by their edges: quicker than [`cone`], which needs corners only.
+#[derive(Debug, Default)]
+pub struct Outline {
+    apex_in_world: Point3<f64>,
+    facing: Vec<bool>,
+}
+
+impl Outline {
+    /// Bodies are to be seen from this point of the world.
+    pub fn look_from(&mut self, apex_in_world: Point3<f64>) {
+        self.apex_in_world = apex_in_world;
+    }
+
+    /// As [`cone`], of a body of the world: an edge is in the outline if of its two faces one faces the point. `apex` and `corners` are the
+    /// point and the body's corners in any frame, mirrored or not.
+    pub fn cone(&mut self, body: &Body, apex: &Vector3<f64>, corners: &[Point3<f64>], cone: &mut Vec<Vector3<f64>>) {
+        self.facing.clear();
+        self.facing.extend(body.planes.iter().map(|plane| plane.distance(&self.apex_in_world) > 0.0));
+        let middle = corners.iter().map(|corner| corner.coords - apex).sum::<Vector3<f64>>();
+        for ([a, b], [one, other]) in body.edges.iter().zip(&body.sides) {
+            if self.facing[*one] != self.facing[*other] {
+                let normal = (corners[*a].coords - apex).cross(&(corners[*b].coords - apex));
+                if let Some(normal) = normal.try_normalize(1e-14) {
+                    cone.push(if normal.dot(&middle) < 0.0 { -normal } else { normal });
+                }
+            }
+        }
+    }
+}
+
 /// How far off a plane through the apex a corner may be and still count as on it, as the sine of an angle.
 const ROUNDING: f64 = 1e-9;
 

@@ -24,9 +24,10 @@ use std::ops::Range;
 
 use ductloop_duct::cell::Plane;
 use ductloop_nav::rig::LineWidth;
-use nalgebra::{Matrix2, Vector3};
+use nalgebra::{Matrix2, Vector2, Vector3};
 
 use crate::coverage::{Edge, Ridge, phi};
+use crate::lens::Projection;
 use crate::light::{FWHM_PER_SIGMA, Fan};
 use crate::optics::Lens;
 use crate::surface::Look;
@@ -54,6 +55,9 @@ pub struct Strip {
     pub mirror: Option<Mirror>,
     /// The piece's edges near the stripe, in [`crate::frame_geometry::FrameGeometry::edges`].
     pub edges: Range<usize>,
+    /// The edges of the part of the mirror through which the light comes, likewise; none without a mirror. Their softness is
+    /// [`StripAt::window`]'s.
+    pub window: Range<usize>,
     /// What is in the way of its light or in front of it, in [`crate::frame_geometry::FrameGeometry::holes`].
     pub holes: Range<usize>,
     /// Where in the image it is, in [`crate::frame_geometry::FrameGeometry::band`].
@@ -65,6 +69,10 @@ pub struct Strip {
 /// A microfacet's slope has a variance of about roughness^2 / 2 along each axis (Beckmann's, near enough to GGX in the middle of
 /// the lobe), and turns the mirrored ray by twice its own angle: the lobe's standard deviation is taken as sqrt(2) roughness in all
 /// directions. Light that the wall shines on besides mirroring is in the strip of the wall itself.
+///
+/// The lobe's spread, in pixels at the strip, softens what is cut off on the far side of the mirror, and nothing on the near side: seen
+/// mirrored (`View`), the piece's own edges are soft and the mirror's outline is sharp; lit by a mirror (`Light`), the piece's edges are
+/// sharp and those of the mirror's light are soft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mirror {
     /// Its plane; the normal points away from the camera.
@@ -73,6 +81,13 @@ pub struct Mirror {
     pub look: Look,
     /// Which way is mirrored.
     pub way: MirroredWay,
+}
+
+impl Mirror {
+    /// The lobe's standard deviation, in radians.
+    pub fn lobe_rad(&self) -> f64 {
+        std::f64::consts::SQRT_2 * self.look.roughness
+    }
 }
 
 /// Which part of the light's way a wall mirrors.
@@ -112,14 +127,23 @@ pub struct PixelRay {
 /// A strip at a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StripAt {
-    /// Distance from the middle and what the edges need.
+    /// Distance from the middle and what the edges, [`Strip::edges`], need; holes likewise.
     pub ridge: Ridge,
+    /// The same for the edges of the mirror's window, [`Strip::window`].
+    pub window: Ridge,
     /// Standard deviation before the lens, s, in pixels.
     pub sigma_px: f64,
     /// q, in pixels.
     pub spread_px: f64,
     /// Light on the stripe's middle before the lens for a laser of strength 1 DN m^2, times reflectance and cos^4.
     pub peak: f64,
+}
+
+impl PixelRay {
+    /// Of the pixel that sees the ray (x, y, 1).
+    pub fn of(projection: &Projection, xy: Vector2<f64>) -> Self {
+        Self { ray: Vector3::new(xy.x, xy.y, 1.0), rays_per_pixel: projection.rays_per_pixel(xy.into()) }
+    }
 }
 
 impl Blur {
@@ -160,8 +184,10 @@ impl Strip {
         let a = at.ridge.across_px;
         let integral = phi((a + half) / at.spread_px) - phi((a - half) / at.spread_px);
         let ridge = at.peak * SQRT_TAU * at.sigma_px * integral / (2.0 * half);
-        let keep = |range: &Range<usize>| at.ridge.coverage(&edges[range.clone()], &pixel.ray, &pixel.rays_per_pixel);
-        holes[self.holes.clone()].iter().fold(ridge * keep(&self.edges), |light, hole| light * (1.0 - keep(hole)))
+        let share =
+            |ridge: &Ridge, range: &Range<usize>| ridge.coverage(&edges[range.clone()], &pixel.ray, &pixel.rays_per_pixel);
+        let whole = ridge * share(&at.ridge, &self.edges) * share(&at.window, &self.window);
+        holes[self.holes.clone()].iter().fold(whole, |light, hole| light * (1.0 - share(&at.ridge, hole)))
     }
 
     /// What the strip is like at a pixel, edges apart.
@@ -176,43 +202,47 @@ impl Strip {
         let point = ray * (self.plane.offset_m / approach);
         let way = point - self.source;
         let distance_m = way.norm();
-        let mut sigma_m = self.line.at(distance_m) / FWHM_PER_SIGMA;
-        let mut lens_px2 = blur.variance_px2(1.0 / point.z);
+        let sigma_m = self.line.at(distance_m) / FWHM_PER_SIGMA;
+        // What the mirror's lobe adds: to the light's thickness in metres, or to the lens' blur in pixels.
+        let (mut lobe_m, mut lobe_px) = (0.0, 0.0);
         let mut mirrored = 1.0;
         if let Some(mirror) = &self.mirror {
             let m = mirror.plane.normal.into_inner();
-            let lobe = std::f64::consts::SQRT_2 * mirror.look.roughness;
+            let lobe = mirror.lobe_rad();
+            // `before` is the share of the way up to the mirror; it is cut off where there is no light, beyond the mirror's window.
             match mirror.way {
                 MirroredWay::Light => {
-                    let before = (mirror.plane.offset_m - m.dot(&self.source)) / m.dot(&way);
-                    let spread_m = lobe * distance_m * (1.0 - before);
-                    sigma_m = (sigma_m * sigma_m + spread_m * spread_m).sqrt();
+                    let before = ((mirror.plane.offset_m - m.dot(&self.source)) / m.dot(&way)).clamp(0.0, 1.0);
+                    lobe_m = lobe * distance_m * (1.0 - before);
                     mirrored = mirror.look.fresnel(m.dot(&way).abs() / distance_m);
                 }
                 MirroredWay::View => {
-                    let before = mirror.plane.offset_m / m.dot(&point);
-                    let spread_px = lobe * blur.focal_px * (1.0 - before);
-                    lens_px2 += spread_px * spread_px;
+                    let before = (mirror.plane.offset_m / m.dot(&point)).clamp(0.0, 1.0);
+                    lobe_px = lobe * blur.focal_px * (1.0 - before);
                     mirrored = mirror.look.fresnel(m.dot(ray).abs() / ray.norm());
                 }
             }
         }
-        let sigma_px = sigma_m / steepness;
+        let wide_m = (sigma_m * sigma_m + lobe_m * lobe_m).sqrt();
+        let sigma_px = wide_m / steepness;
         let moved_px = self.sweep.dot(ray) / (approach * steepness);
         let inward = slope / steepness;
         let narrow = inward.x.abs().min(inward.y.abs());
-        let spread_px2 = sigma_px * sigma_px + lens_px2 + (moved_px * moved_px + narrow * narrow) * BOX_PX2;
-        let blur_px2 = lens_px2 + BOX_PX2;
+        let lens_px2 = blur.variance_px2(1.0 / point.z);
+        let after_px2 = lens_px2 + lobe_px * lobe_px;
+        let spread_px2 = sigma_px * sigma_px + after_px2 + (moved_px * moved_px + narrow * narrow) * BOX_PX2;
+        // The edges' softness: what blurs the light after it has passed them.
+        let all_px2 = sigma_px * sigma_px + after_px2 + BOX_PX2;
+        let across_px = off_m / steepness;
+        let softened =
+            |blur_px2: f64| Ridge { across_px, normal: inward, share: 1.0 - blur_px2 / all_px2, blur_px: blur_px2.sqrt() };
+        let before_lens_m = lobe_m / steepness;
         StripAt {
-            ridge: Ridge {
-                across_px: off_m / steepness,
-                normal: inward,
-                share: sigma_px * sigma_px / (sigma_px * sigma_px + blur_px2),
-                blur_px: blur_px2.sqrt(),
-            },
+            ridge: softened(after_px2 + BOX_PX2),
+            window: softened(lens_px2 + before_lens_m * before_lens_m + BOX_PX2),
             sigma_px,
             spread_px: spread_px2.sqrt(),
-            peak: mirrored * self.reflected(&way, distance_m, ray) * blur.falloff(ray) / (distance_m * sigma_m * FWHM_PER_SIGMA),
+            peak: mirrored * self.reflected(&way, distance_m, ray) * blur.falloff(ray) / (distance_m * wide_m * FWHM_PER_SIGMA),
         }
     }
 

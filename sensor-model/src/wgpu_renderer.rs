@@ -3,19 +3,21 @@
 use ductloop_duct::network::Network;
 use ductloop_nav::rig::Rig;
 
+use crate::exposure_parts::{parts, whole};
+use crate::frame_geometry::{FrameGeometry, Sweep};
 use crate::gpu::{FRAME_TIMEOUT, Gpu};
-use crate::gpu_buffers::{CameraBlock, CcdBlock, FrameBuffer, LaserBlock, create, light_size_px};
-use crate::gpu_scene::Scene;
-use crate::light::FAN_MAX_DEG;
-use crate::noise;
+use crate::gpu_blocks::Lamps;
+use crate::gpu_buffers::create;
+use crate::gpu_ccd::{CcdStage, image_bytes};
+use crate::gpu_filter::FilterStage;
+use crate::gpu_frame::FrameData;
+use crate::gpu_light::{TILE_PX, LightStage, light_size_px};
+use crate::gpu_light_pipelines::Effects;
+use crate::light::{FAN_MAX_DEG, headlamp_strength, laser_strength};
 use crate::optics::Optics;
-use crate::pipelines::{DEPTH_FORMAT, EXPOSE_GROUP, EXPOSE_ROWS, LIGHT_FORMAT, Pipelines};
 use crate::renderer::{ImageMut, MAX_LASERS, RenderError, Renderer, View};
 use crate::scenery::Scenery;
 use crate::surface::Look;
-
-/// Distance of two blocks in the uniform buffer: what every device accepts as a dynamic offset.
-const BLOCK_BYTES: u64 = 256;
 
 /// Renders on a graphics device, or on a software one such as lavapipe.
 ///
@@ -24,28 +26,19 @@ const BLOCK_BYTES: u64 = 256;
 pub struct WgpuRenderer {
     gpu: Gpu,
     scenery: Scenery,
-    scene: Scene,
+    geometry: FrameGeometry,
+    frame: FrameData,
     optics: Optics,
-    seed: u64,
+    /// DN m^2 at nominal exposure and power.
+    laser_strength: f64,
     width_px: usize,
     height_px: usize,
-    /// The uniform blocks at nominal exposure and power, without a frame's keys.
-    camera: CameraBlock,
-    lasers: Vec<LaserBlock>,
-    ccd: CcdBlock,
-    pipelines: Pipelines,
-    light: wgpu::TextureView,
-    depth: wgpu::TextureView,
-    /// The camera's block, then the CCD's, then the lasers'.
-    uniforms: wgpu::Buffer,
-    uniform_bytes: Vec<u8>,
-    vertices: FrameBuffer,
-    casters: FrameBuffer,
-    planes: FrameBuffer,
-    grey: wgpu::Buffer,
+    light: LightStage,
+    filter: Option<FilterStage>,
+    ccd: CcdStage,
     read_back: wgpu::Buffer,
-    light_group: wgpu::BindGroup,
-    expose_group: wgpu::BindGroup,
+    /// Number of the last submission.
+    stamp: u32,
 }
 
 impl WgpuRenderer {
@@ -66,160 +59,89 @@ impl WgpuRenderer {
             }
         }
         let scenery = Scenery::new(network, looks)?;
-        let scene = Scene::new(rig, optics, &scenery);
+        let geometry = FrameGeometry::new(rig, optics)?;
+        let effects = Effects::of(optics, looks);
+        let (device, queue) = (gpu.device(), gpu.queue());
+        let bytes = checked_image_bytes(&device.limits(), &geometry, &effects, optics)?;
 
-        let (width_px, height_px) = (rig.camera.width_px, rig.camera.height_px);
-        let device = gpu.device();
-        let limit_px = device.limits().max_texture_dimension_2d as usize;
-        let [light_width, light_height] = light_size_px(&rig.camera);
-        if light_width.max(light_height) > limit_px {
-            return Err(RenderError::ImageTooLarge { width_px, height_px, limit_px });
-        }
-        let stride = width_px.div_ceil(4);
-        let image_bytes = (stride * 4 * height_px) as u64;
-        // The largest buffer holds a gain of four bytes for each pixel.
-        let limit_mpx = device.limits().max_storage_buffer_binding_size / 4 / 1_000_000;
-        if image_bytes > limit_mpx * 1_000_000 {
-            return Err(RenderError::TooManyPixels { width_px, height_px, limit_mpx });
-        }
-
-        let target = |label, format, usage| {
-            device
-                .create_texture(&wgpu::TextureDescriptor {
-                    label: Some(label),
-                    size: wgpu::Extent3d { width: light_width as u32, height: light_height as u32, depth_or_array_layers: 1 },
-                    mip_level_count: 1,
-                    sample_count: 1,
-                    dimension: wgpu::TextureDimension::D2,
-                    format,
-                    usage,
-                    view_formats: &[],
-                })
-                .create_view(&wgpu::TextureViewDescriptor::default())
-        };
-        let attachment = wgpu::TextureUsages::RENDER_ATTACHMENT;
-        let light = target("light", LIGHT_FORMAT, attachment | wgpu::TextureUsages::TEXTURE_BINDING);
-        let depth = target("depth", DEPTH_FORMAT, attachment);
-
-        let pipelines = Pipelines::new(device, optics.noise);
-        let usages = wgpu::BufferUsages::STORAGE;
-        let vertices = FrameBuffer::new(device, "vertices", wgpu::BufferUsages::VERTEX);
-        let casters = FrameBuffer::new(device, "casters", usages);
-        let planes = FrameBuffer::new(device, "planes", usages);
-        let uniform_bytes = vec![0; (2 + MAX_LASERS) * BLOCK_BYTES as usize];
-        let uniforms = create(device, "uniforms", wgpu::BufferUsages::UNIFORM, uniform_bytes.len() as u64);
-        let gains = create(device, "gains", usages, image_bytes * 4);
-        let grey = create(device, "grey", usages | wgpu::BufferUsages::COPY_SRC, image_bytes);
-        let read_back = create(device, "read back", wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST, image_bytes);
-        gpu.queue().write_buffer(&gains, 0, bytemuck::cast_slice(&padded_gains(seed, optics, width_px, height_px)));
-
-        let light_group = light_group(device, &pipelines, &uniforms, &casters, &planes);
-        let expose_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("expose"),
-            layout: &pipelines.expose_layout,
-            entries: &[
-                block(&uniforms, 0, 1, size_of::<CcdBlock>()),
-                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&light) },
-                wgpu::BindGroupEntry { binding: 2, resource: gains.as_entire_binding() },
-                wgpu::BindGroupEntry { binding: 3, resource: grey.as_entire_binding() },
-            ],
+        let (projection, blur) = (geometry.projection(), geometry.blur());
+        let light = LightStage::new(device, queue, projection, blur, effects);
+        let columns = rig.camera.width_px.next_multiple_of(TILE_PX);
+        let ccd = CcdStage::new(device, queue, &rig.camera, optics, &effects, seed, light.images());
+        let filter = effects.defocused.then(|| {
+            FilterStage::new(device, queue, projection, blur, columns, light.images()[0], light.depth(), ccd.smoothed())
         });
+        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        let read_back = create(device, "read back", usage, bytes as u64);
         gpu.check()?;
-
-        let lasers = rig.lasers.iter().map(|laser| LaserBlock::new(laser, &rig.line, optics)).collect();
         Ok(Self {
             gpu: gpu.clone(),
             scenery,
-            scene,
+            geometry,
+            frame: FrameData::new(rig.camera.width_px, rig.camera.height_px),
+            laser_strength: laser_strength(optics, &rig.line),
             optics: optics.clone(),
-            seed,
-            width_px,
-            height_px,
-            camera: CameraBlock::new(&rig.camera, &rig.line, optics),
-            lasers,
-            ccd: CcdBlock::new(&rig.camera, optics),
-            pipelines,
+            width_px: rig.camera.width_px,
+            height_px: rig.camera.height_px,
             light,
-            depth,
-            uniforms,
-            uniform_bytes,
-            vertices,
-            casters,
-            planes,
-            grey,
+            filter,
+            ccd,
             read_back,
-            light_group,
-            expose_group,
+            stamp: 0,
         })
     }
 
-    /// Sends this frame's geometry and numbers to the device.
-    fn upload(&mut self, view: &View) {
-        let exposure = view.exposure_s / self.optics.exposure_s;
-        let mut put = |slot: usize, bytes: &[u8]| {
-            let start = slot * BLOCK_BYTES as usize;
-            self.uniform_bytes[start..start + bytes.len()].copy_from_slice(bytes);
+    /// Makes the frame's geometry and sends it to the device.
+    fn upload(&mut self, view: &View) -> Result<(), RenderError> {
+        let lens = &self.optics.lens;
+        let build = |geometry: &mut FrameGeometry, sweep: &Sweep| {
+            if geometry.build(&self.scenery, sweep, &view.laser_power) { Ok(()) } else { Err(view.outside_network()) }
         };
-        put(0, bytemuck::bytes_of(&self.camera.scaled(view.headlamp_power * exposure)));
-        put(1, bytemuck::bytes_of(&self.ccd.keyed(self.seed, view.frame)));
-        for (i, laser) in self.lasers.iter().enumerate() {
-            put(2 + i, bytemuck::bytes_of(&laser.scaled(view.laser_power[i] * exposure)));
+        build(&mut self.geometry, &whole(view, lens))?;
+        let sweeps = parts(view, lens, &self.geometry);
+        let share = 1.0 / sweeps.len() as f64;
+        let exposure = view.exposure_s / self.optics.exposure_s * share;
+        let strengths = view.laser_power.map(|power| self.laser_strength * power * exposure);
+        self.frame.clear();
+        if sweeps.len() == 1 {
+            self.frame.add_part(&self.geometry, &self.scenery.looks, &strengths);
+        } else {
+            for sweep in sweeps {
+                build(&mut self.geometry, &sweep)?;
+                self.frame.add_part(&self.geometry, &self.scenery.looks, &strengths);
+            }
         }
+        let lamps = Lamps {
+            headlamp: headlamp_strength(&self.optics) * view.headlamp_power * exposure,
+            daylight: self.optics.ambient_dn * exposure,
+            glow: exposure,
+            share,
+        };
+        self.frame.tiles.sort();
         let (device, queue) = (self.gpu.device(), self.gpu.queue());
-        queue.write_buffer(&self.uniforms, 0, &self.uniform_bytes);
-        self.vertices.write(device, queue, &self.scene.vertices);
-        let casters_moved = self.casters.write(device, queue, &self.scene.casters);
-        let planes_moved = self.planes.write(device, queue, &self.scene.planes);
-        if casters_moved || planes_moved {
-            self.light_group = light_group(device, &self.pipelines, &self.uniforms, &self.casters, &self.planes);
-        }
+        self.light.upload(device, queue, &self.frame, &lamps);
+        self.stamp = self.stamp.wrapping_add(1).max(1);
+        self.ccd.upload(queue, view, &self.frame.tiles, self.stamp);
+        Ok(())
     }
 
     /// The frame's one submission: draw the light, expose it, copy the image to where it can be mapped.
     fn submit(&self) -> wgpu::SubmissionIndex {
         let mut encoder = self.gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        {
-            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-                label: Some("light"),
-                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                    view: &self.light,
-                    depth_slice: None,
-                    resolve_target: None,
-                    ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Store },
-                })],
-                depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                    view: &self.depth,
-                    depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
-                    stencil_ops: None,
-                }),
-                ..wgpu::RenderPassDescriptor::default()
-            });
-            pass.set_vertex_buffer(0, self.vertices.buffer.slice(..));
-            pass.set_pipeline(&self.pipelines.sheets);
-            pass.set_bind_group(0, &self.light_group, &[2 * BLOCK_BYTES as u32]);
-            pass.draw(self.scene.sheets.clone(), 0..1);
-            pass.set_pipeline(&self.pipelines.strips);
-            for (i, strips) in self.scene.strips.iter().enumerate() {
-                if !strips.is_empty() {
-                    pass.set_bind_group(0, &self.light_group, &[(2 + i as u32) * BLOCK_BYTES as u32]);
-                    pass.draw(strips.clone(), 0..1);
-                }
-            }
-        }
+        self.light.draw(&mut encoder, &self.frame);
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_pipeline(&self.pipelines.expose);
-            pass.set_bind_group(0, &self.expose_group, &[]);
-            let columns = (self.width_px.div_ceil(4)).div_ceil(EXPOSE_GROUP[0]);
-            let rows = self.height_px.div_ceil(EXPOSE_ROWS * EXPOSE_GROUP[1]);
-            pass.dispatch_workgroups(columns as u32, rows as u32, 1);
+            if let Some(filter) = &self.filter {
+                filter.run(&mut pass);
+            }
+            self.ccd.run(&mut pass, &self.frame.tiles);
         }
-        encoder.copy_buffer_to_buffer(&self.grey, 0, &self.read_back, 0, self.read_back.size());
+        encoder.copy_buffer_to_buffer(self.ccd.grey(), 0, &self.read_back, 0, self.read_back.size());
         self.gpu.queue().submit([encoder.finish()])
     }
 
     /// Waits for the submission and copies its image out.
-    fn read(&self, submission: wgpu::SubmissionIndex, image: &mut [u8]) -> Result<(), RenderError> {
+    fn read(&self, submission: wgpu::SubmissionIndex, image: ImageMut<'_>) -> Result<(), RenderError> {
         let (tell, told) = std::sync::mpsc::sync_channel(1);
         self.read_back.map_async(wgpu::MapMode::Read, .., move |result| {
             // Nobody listens any more only if the wait below has given up.
@@ -229,17 +151,37 @@ impl WgpuRenderer {
         // Another thread that waits on this device may be the one that carries the news, and be a moment late.
         match told.recv_timeout(FRAME_TIMEOUT) {
             Ok(Ok(())) => {}
-            Ok(Err(error)) => return Err(RenderError::Device(format!("the image could not be mapped for reading: {error}"))),
+            Ok(Err(error)) => return Err(self.gpu.fault_or(format!("the image could not be mapped for reading: {error}"))),
             Err(_) => return Err(RenderError::Hung(FRAME_TIMEOUT.as_secs_f64())),
         }
-        {
-            let view = self.read_back.get_mapped_range(..).map_err(|error| RenderError::Device(error.to_string()))?;
-            let stride = self.width_px.div_ceil(4) * 4;
-            for (row, packed) in image.chunks_exact_mut(self.width_px).zip(view.chunks_exact(stride)) {
-                row.copy_from_slice(&packed[..self.width_px]);
+        let copied = self.copy(image);
+        self.read_back.unmap();
+        copied
+    }
+
+    /// Copies the mapped image, if it is that of the last submission.
+    fn copy(&self, image: ImageMut<'_>) -> Result<(), RenderError> {
+        let view = self.read_back.get_mapped_range(..).map_err(|error| RenderError::Device(error.to_string()))?;
+        let (packed, stamp) = view.split_at(view.len() - 4);
+        // What no shader of this submission has written is no image, even if nobody reported a fault.
+        if stamp != self.stamp.to_le_bytes() {
+            return Err(self.gpu.fault_or("it gave back a frame that it has not drawn".to_owned()));
+        }
+        let row_bytes = packed.len() / self.height_px;
+        match image {
+            ImageMut::Grey8(image) => {
+                for (row, packed) in image.chunks_exact_mut(self.width_px).zip(packed.chunks_exact(row_bytes)) {
+                    row.copy_from_slice(&packed[..self.width_px]);
+                }
+            }
+            ImageMut::Grey16(image) => {
+                for (row, packed) in image.chunks_exact_mut(self.width_px).zip(packed.chunks_exact(row_bytes)) {
+                    for (value, bytes) in row.iter_mut().zip(packed.chunks_exact(2)) {
+                        *value = u16::from_le_bytes([bytes[0], bytes[1]]);
+                    }
+                }
             }
         }
-        self.read_back.unmap();
         Ok(())
     }
 }
@@ -247,55 +189,32 @@ impl WgpuRenderer {
 impl Renderer for WgpuRenderer {
     fn render(&mut self, view: &View, image: ImageMut<'_>) -> Result<(), RenderError> {
         image.check(self.width_px * self.height_px, self.optics.ccd.bits)?;
-        let ImageMut::Grey8(image) = image else { return Err(RenderError::BufferBits { bits: 8 }) };
         view.validate()?;
         self.gpu.check()?;
-        if !self.scene.build(&self.scenery, &view.world_from_camera, |laser| view.laser_power[laser] > 0.0) {
-            return Err(view.outside_network());
-        }
-        self.upload(view);
+        self.upload(view)?;
         let submission = self.submit();
         self.read(submission, image)
     }
 }
 
-fn light_group(
-    device: &wgpu::Device,
-    pipelines: &Pipelines,
-    uniforms: &wgpu::Buffer,
-    casters: &FrameBuffer,
-    planes: &FrameBuffer,
-) -> wgpu::BindGroup {
-    device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("light"),
-        layout: &pipelines.light_layout,
-        entries: &[
-            block(uniforms, 0, 0, size_of::<CameraBlock>()),
-            block(uniforms, 1, 0, size_of::<LaserBlock>()),
-            wgpu::BindGroupEntry { binding: 2, resource: casters.buffer.as_entire_binding() },
-            wgpu::BindGroupEntry { binding: 3, resource: planes.buffer.as_entire_binding() },
-        ],
-    })
-}
-
-/// Binds `bytes` of the uniform buffer, from block `slot` on.
-fn block(uniforms: &wgpu::Buffer, binding: u32, slot: u64, bytes: usize) -> wgpu::BindGroupEntry<'_> {
-    wgpu::BindGroupEntry {
-        binding,
-        resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-            buffer: uniforms,
-            offset: slot * BLOCK_BYTES,
-            size: wgpu::BufferSize::new(bytes as u64),
-        }),
+/// Bytes of an image on the device, if it has room for all that a frame needs.
+fn checked_image_bytes(
+    limits: &wgpu::Limits,
+    geometry: &FrameGeometry,
+    effects: &Effects,
+    optics: &Optics,
+) -> Result<usize, RenderError> {
+    let camera = &geometry.projection().camera;
+    let (width_px, height_px) = (camera.width_px, camera.height_px);
+    let limit_px = limits.max_texture_dimension_2d as usize;
+    let [light_width, light_height] = light_size_px(geometry.projection(), effects.margin_px());
+    if light_width.max(light_height) > limit_px {
+        return Err(RenderError::ImageTooLarge { width_px, height_px, limit_px });
     }
-}
-
-/// The pixels' gains, each row filled up to whole words of four pixels.
-fn padded_gains(seed: u64, optics: &Optics, width_px: usize, height_px: usize) -> Vec<f32> {
-    let stride = width_px.next_multiple_of(4);
-    let mut table = vec![1.0; stride * height_px];
-    for (pixel, gain) in noise::gains(seed, optics.ccd.prnu, width_px * height_px).enumerate() {
-        table[pixel / width_px * stride + pixel % width_px] = gain as f32;
+    // The largest buffers hold a number of four bytes for each pixel of the light.
+    let limit_mpx = limits.max_storage_buffer_binding_size / 4 / 1_000_000;
+    if (light_width * light_height) as u64 > limit_mpx * 1_000_000 {
+        return Err(RenderError::TooManyPixels { width_px, height_px, limit_mpx });
     }
-    table
+    Ok(image_bytes(camera, optics.ccd.bits).1)
 }

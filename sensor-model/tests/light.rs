@@ -9,6 +9,19 @@ use ductloop_nav::rig::Rig;
 use ductloop_sensor::WgpuRenderer;
 use ductloop_sensor::noise::{self, Stream};
 use ductloop_sensor::optics::{Ccd, Lens, Optics};
+use ductloop_sensor::renderer::View;
+
+/// cos^4 of the angle between a pixel's ray and the axis.
+fn falloff(column: f64, row: f64) -> f64 {
+    let (x, y) = ((column - 319.5) / 378.4, (row - 239.5) / 378.4);
+    1.0 / ((1.0 + x * x + y * y) * (1.0 + x * x + y * y))
+}
+
+/// Mean over a pixel, `off` from the middle, of a Gaussian of height 1 and standard deviation `sigma`.
+fn pixel_mean(off: f64, sigma: f64) -> f64 {
+    let below = |x: f64| libm::erf(x / (sigma * std::f64::consts::SQRT_2));
+    sigma * (std::f64::consts::PI / 2.0).sqrt() * (below(off + 0.5) - below(off - 0.5))
+}
 
 #[test]
 fn a_stripe_met_squarely_at_the_reference_has_the_peak_it_is_defined_by() {
@@ -23,15 +36,13 @@ fn a_stripe_met_squarely_at_the_reference_has_the_peak_it_is_defined_by() {
         // The stripe is level: its middle is at row 239.5 + f 0.02 / 0.3 = 264.73, and a pixel of column 319.5 +- 0.5 is square on.
         let middle = 239.5 + 378.4 * 0.02 / 0.3;
         let sigma_line_px = LINE.at(0.3) / 2.354_820_045 * 378.4 / 0.3;
-        // A Gaussian blurred by the point spread and the pixel (variance 1/12, when there is a point spread at all). 1 DN: half
-        // for rounding, the rest for half floats and for a Gaussian standing in for the taps.
-        let spread = if sigma_px == 0.0 { 0.0 } else { sigma_px * sigma_px + 1.0 / 12.0 };
-        let variance = sigma_line_px * sigma_line_px + spread;
+        // A Gaussian spread by the lens, then integrated over the pixel. Half a grey value for rounding, the rest for half floats.
+        let spread_px = (sigma_line_px * sigma_line_px + sigma_px * sigma_px).sqrt();
         for row in 262..268_usize {
-            let off = row as f64 - middle;
-            let expected = 8.0 + 180.0 * sigma_line_px / variance.sqrt() * libm::exp(-off * off / (2.0 * variance));
+            let light = 180.0 * sigma_line_px / spread_px * pixel_mean(row as f64 - middle, spread_px);
+            let expected = 8.0 + light * falloff(320.0, row as f64);
             let found = f64::from(pixels[row * 640 + 320]);
-            assert!((found - expected).abs() < 1.0, "sigma {sigma_px}, row {row}: {found} against {expected}");
+            assert!((found - expected).abs() < 0.7, "sigma {sigma_px}, row {row}: {found} against {expected}");
         }
     }
 }
@@ -62,12 +73,14 @@ fn the_fan_keeps_its_share_at_the_edge_and_ends_there() {
         let angle = libm::atan2(across_m, 0.3);
         let r = (0.3 * 0.3 + across_m * across_m + offset_m * offset_m).sqrt();
         let sigma = LINE.at(r) / 2.354_820_045;
-        let share =
-            libm::exp(libm::log(0.8) * (angle / 0.5) * (angle / 0.5)) * libm::exp(-(offset_m / sigma) * (offset_m / sigma) / 2.0);
+        let across = pixel_mean(offset_m * 378.4 / 0.3, sigma * 378.4 / 0.3);
+        let share = libm::exp(libm::log(0.8) * (angle / 0.5) * (angle / 0.5)) * across;
         let fade = (1.0 - (angle - 0.5) / fade_rad).clamp(0.0, 1.0);
-        let expected = 8.0 + 180.0 * 0.3 * LINE.at(0.3) / (r * LINE.at(r)) * share * fade * 0.3 / r;
+        let light = 180.0 * 0.3 * LINE.at(0.3) / (r * LINE.at(r)) * share * fade * 0.3 / r;
+        let expected = 8.0 + light * falloff(column as f64, 265.0);
         let found = f64::from(pixels[265 * 640 + column]);
-        assert!((found - expected).abs() < 1.0, "column {column}: {found} against {expected}");
+        // Half for rounding, the rest for half floats.
+        assert!((found - expected).abs() < 0.7, "column {column}: {found} against {expected}");
     }
 }
 
@@ -80,11 +93,11 @@ fn the_headlamp_falls_off_with_distance_and_incidence() {
     let mut view = view(&rig, &base_at(1.0, 0.0, 0.0));
     view.laser_power = [0.0; 4];
     let pixels = image(&mut renderer, &rig, &view);
-    for (column, row) in [(320, 240), (400, 240), (320, 330), (200, 150)] {
-        let (x, y) = ((column as f64 - 319.5) / 378.4, (row as f64 - 239.5) / 378.4);
+    for (column, row) in [(320_u32, 240_u32), (400, 240), (320, 330), (200, 150)] {
+        let (x, y) = ((f64::from(column) - 319.5) / 378.4, (f64::from(row) - 239.5) / 378.4);
         let stretch = 1.0 + x * x + y * y;
-        let expected = 8.0 + 150.0 / (stretch * stretch.sqrt());
-        let found = f64::from(pixels[row * 640 + column]);
+        let expected = 8.0 + 150.0 / (stretch * stretch.sqrt()) * falloff(f64::from(column), f64::from(row));
+        let found = f64::from(pixels[(row * 640 + column) as usize]);
         assert!((found - expected).abs() < 0.6, "({column}, {row}): {found} against {expected}");
     }
 }
@@ -95,14 +108,14 @@ fn twice_the_exposure_or_the_power_is_twice_the_light() {
     let rig = wide();
     let network = duct(&[straight(6.0, 0.5, 0.3)]);
     let mut renderer = WgpuRenderer::new(gpu, &network, &rig, &quiet(), &LOOKS, 1).unwrap();
-    let once = view(&rig, &base_at(1.5, 0.0, 0.0));
-    let longer = ductloop_sensor::renderer::View { exposure_s: 8e-3, ..once.clone() };
-    let brighter = ductloop_sensor::renderer::View { laser_power: [2.0; 4], headlamp_power: 2.0, ..once.clone() };
+    let once = View { exposure_s: 12e-3, ..view(&rig, &base_at(1.5, 0.0, 0.0)) };
+    let longer = View { exposure_s: 24e-3, ..once.clone() };
+    let brighter = View { laser_power: [2.0; 4], headlamp_power: 2.0, ..once.clone() };
     let single = image(&mut renderer, &rig, &once);
     let double = image(&mut renderer, &rig, &longer);
     assert_eq!(double, image(&mut renderer, &rig, &brighter));
     let mut brightest = 0;
-    for (a, b) in single.iter().zip(&double) {
+    for (a, b) in single.iter().zip(&double).filter(|(_, b)| **b < 255) {
         // Each is rounded by half a grey value, the single one counting twice.
         let difference = (i32::from(*b) - 8) - 2 * (i32::from(*a) - 8);
         assert!(difference.abs() <= 1, "{a} and {b}");
@@ -143,7 +156,12 @@ fn mean_and_variance_follow_emva_1288() {
     ] {
         let optics = Optics { headlamp_peak_dn: peak_dn, ccd: ccd.clone(), ..Optics::default() };
         let Some((images, _)) = flat_region(&optics, FRAMES) else { return };
-        let Some((still, _)) = flat_region(&Optics { noise: false, ..optics }, 1) else { return };
+        let still = |pixel: usize| {
+            let (column, row) = ((pixel % 640) as f64, (pixel / 640) as f64);
+            let (x, y) = ((column - 319.5) / 378.4, (row - 239.5) / 378.4);
+            let stretch = 1.0 + x * x + y * y;
+            8.0 + peak_dn / (stretch * stretch.sqrt()) * falloff(column, row)
+        };
         let (n, frames) = (1600.0, FRAMES as f64);
         let gain = ccd.dn_per_electron();
         let (mut mean, mut mean_still, mut in_time) = (0.0, 0.0, 0.0);
@@ -153,8 +171,8 @@ fn mean_and_variance_follow_emva_1288() {
             let average = values.clone().sum::<f64>() / frames;
             in_time += values.map(|v| (v - average) * (v - average)).sum::<f64>() / (frames - 1.0);
             mean += average / n;
-            mean_still += f64::from(still[0][pixel]) / n;
-            means.push(average / f64::from(still[0][pixel]));
+            mean_still += still(pixel) / n;
+            means.push(average / still(pixel));
         }
         in_time /= n;
         let electrons = (mean_still - 8.0) / gain;
@@ -162,7 +180,7 @@ fn mean_and_variance_follow_emva_1288() {
         // Standard error of a variance from n frames (1600 * 59 values): 0.5 %; four of them, and 1 % for the light's own
         // variation over the region and single precision.
         assert!((in_time / expected - 1.0).abs() < 0.03, "{peak_dn} DN: variance {in_time} against {expected}");
-        // The mean's error: the pixels' gains (prnu / 40) and noise (sqrt(v / 96000)), four times, and rounding of `still`.
+        // The mean's error: the pixels' gains (prnu / 40) and noise (sqrt(v / 96000)), four times, and half floats.
         let bound = 4.0 * (ccd.prnu * peak_dn / 40.0 + (expected / (n * frames)).sqrt()) + 0.05;
         assert!((mean - mean_still).abs() < bound, "{peak_dn} DN: mean {mean} against {mean_still}");
         if ccd.prnu > 0.02 {
@@ -172,7 +190,7 @@ fn mean_and_variance_follow_emva_1288() {
             let left = in_time / frames / (mean * mean);
             let share = (mean - 8.0) / mean;
             let found = (fixed - left).sqrt() / share;
-            // 1600 gains tell a standard deviation to 1.8 %; the still image's rounding adds 0.3 DN of 128.
+            // 1600 gains tell a standard deviation to 1.8 %; four of them.
             assert!((found / ccd.prnu - 1.0).abs() < 0.08, "fixed pattern {found} against {}", ccd.prnu);
         }
     }
@@ -182,16 +200,17 @@ fn mean_and_variance_follow_emva_1288() {
 fn the_graphics_device_draws_the_numbers_of_the_noise_module() {
     let optics = Optics { headlamp_peak_dn: 100.0, ..Optics::default() };
     let Some((images, _)) = flat_region(&optics, 3) else { return };
-    let gains: Vec<f64> = noise::gains(5, optics.ccd.prnu, 640 * 480).collect();
+    let gains: Vec<f64> = noise::gains(5, optics.ccd.prnu, 640, 480).collect();
     let per_electron = optics.ccd.dn_per_electron();
     for (frame, image) in images.iter().enumerate() {
-        let (radius, angle) = (noise::key(5, Stream::Radius, frame as u64), noise::key(5, Stream::Angle, frame as u64));
+        let key = noise::key(5, Stream::Shot, frame as u64);
         let mut apart = 0;
         for pixel in flat_pixels() {
-            let (x, y) = (((pixel % 640) as f64 - 319.5) / 378.4, ((pixel / 640) as f64 - 239.5) / 378.4);
+            let (column, row) = (pixel % 640, pixel / 640);
+            let (x, y) = ((column as f64 - 319.5) / 378.4, (row as f64 - 239.5) / 378.4);
             let stretch = 1.0 + x * x + y * y;
-            let mean = 100.0 / (stretch * stretch.sqrt()) * gains[pixel];
-            let [shot, _] = noise::normals(noise::finalise(pixel as u32 ^ radius), noise::finalise(pixel as u32 ^ angle));
+            let mean = 100.0 / (stretch * stretch.sqrt()) * falloff(column as f64, row as f64) * gains[pixel];
+            let shot = noise::normal(noise::place(column as u32, row as u32), key);
             let deviation = (mean / per_electron + optics.ccd.read_noise_e * optics.ccd.read_noise_e).sqrt() * per_electron;
             let expected = (8.0 + mean + deviation * shot).round();
             apart += u32::from((f64::from(image[pixel]) - expected).abs() > 0.5);
@@ -205,12 +224,13 @@ fn the_graphics_device_draws_the_numbers_of_the_noise_module() {
 #[test]
 fn a_pixel_that_is_blind_is_black_however_much_light_it_gets() {
     // The seed is one for which a pixel of the first row, at the widest spread of gains, has none.
-    let (seed, pixel) = (1061, 421);
+    let (seed, pixel) = (7834, 58);
     let ccd = Ccd { prnu: 0.2, ..Ccd::default() };
-    assert_eq!(noise::gains(seed, ccd.prnu, pixel + 1).last(), Some(0.0));
+    assert_eq!(noise::gains(seed, ccd.prnu, pixel + 1, 1).last(), Some(0.0));
     let Some(gpu) = common::gpu() else { return };
     let rig = square_on();
-    let optics = Optics { headlamp_peak_dn: 200.0, ccd, ..Optics::default() };
+    // In the image's corner a tenth of the peak is left.
+    let optics = Optics { headlamp_peak_dn: 1000.0, ccd, ..Optics::default() };
     let mut renderer = WgpuRenderer::new(gpu, &facing_wall(), &rig, &optics, &LOOKS, seed).unwrap();
     let mut view = view(&rig, &base_at(1.0, 0.0, 0.0));
     for frame in 0..5 {

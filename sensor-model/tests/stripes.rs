@@ -94,7 +94,7 @@ fn differences(rig: &Rig, laser: &Laser, pose: &Pose, pixels: &[u8], along: usiz
     ((squares / count as f64).sqrt(), largest, count)
 }
 
-fn check(rig: &Rig, along: usize, half_window: i64, poses: &[(f64, f64, f64)], lines_min: usize) {
+fn check(rig: &Rig, along: usize, half_window: i64, longer: f64, poses: &[(f64, f64, f64)], lines_min: usize) {
     let Some(gpu) = common::gpu() else { return };
     let network = duct(&[straight(LENGTH_M, WIDTH_M, HEIGHT_M)]);
     let mut renderer = WgpuRenderer::new(gpu, &network, rig, &quiet(), &LOOKS, 1).expect("the rig and the optics are sound");
@@ -102,6 +102,7 @@ fn check(rig: &Rig, along: usize, half_window: i64, poses: &[(f64, f64, f64)], l
         for (index, laser) in rig.lasers.iter().enumerate() {
             let mut view = view(rig, &base_at(x, y, heading_deg));
             view.headlamp_power = 0.0;
+            view.exposure_s *= longer;
             view.laser_power = [0.0; 4];
             view.laser_power[index] = 1.0;
             let pixels = image(&mut renderer, rig, &view);
@@ -118,10 +119,11 @@ fn check(rig: &Rig, along: usize, half_window: i64, poses: &[(f64, f64, f64)], l
 
 #[test]
 fn stripes_of_the_wide_rig_are_where_plane_and_wall_meet() {
-    check(&wide(), 1, 12, &[(1.5, 0.0, 0.0), (1.5, 0.06, 6.0), (2.2, -0.08, -9.0)], 60);
+    // At the sides of this short lens' image a third of the light is left.
+    check(&wide(), 1, 12, 3.0, &[(1.5, 0.0, 0.0), (1.5, 0.06, 6.0), (2.2, -0.08, -9.0)], 60);
 }
 
 #[test]
 fn stripes_of_incra1_are_where_plane_and_wall_meet() {
-    check(&incra1(), 0, 40, &[(1.5, 0.0, 0.0), (1.5, -0.05, 4.0), (3.0, 0.06, -3.0)], 200);
+    check(&incra1(), 0, 40, 1.0, &[(1.5, 0.0, 0.0), (1.5, -0.05, 4.0), (3.0, 0.06, -3.0)], 200);
 }

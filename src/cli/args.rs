@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use ductloop_sensor::optics::Bits;
 
 /// A physics-simulated, closed-loop testbed for robots that inspect and clean rectangular air ducts.
 #[derive(Debug, Parser)]
@@ -14,7 +15,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 Examples:
   ductloop run scenarios/straight.toml            a run; its report is out/straight/report.html
   ductloop run scenarios --junit out/junit.xml    every scenario below a folder, for CI
-  ductloop render scenarios/straight.toml --at-s 2 --out frame.png
+  ductloop render straight --at-s 2 --truth --out frame.png   what the camera sees, and what is the case
   ductloop check scenarios/*.toml                 are these files right?
 
 Exit codes:
@@ -35,7 +36,7 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Run scenarios: a verdict each, and a folder each with report, tables and pictures
     Run(RunArgs),
-    /// Write one camera frame as PNG, with the truth beside it as JSON
+    /// Write what the camera sees as PNG, with the truth beside it
     Render(RenderArgs),
     /// Check scenario files without running them
     Check(CheckArgs),
@@ -68,7 +69,8 @@ pub(crate) struct RendererArgs {
     /// What renders
     #[arg(long, value_enum, default_value_t = RendererChoice::Auto)]
     pub(crate) renderer: RendererChoice,
-    /// Threads for one run: with 2 or more, physics runs on while a frame is rendered and read. Results are the same
+    /// Threads for one run: with 2 or more, physics runs on while a frame is rendered and read, and all but one render.
+    /// Results are the same
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
 }
@@ -76,11 +78,11 @@ pub(crate) struct RendererArgs {
 /// What renders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum RendererChoice {
-    /// Whatever there is; says which on standard error
+    /// A hardware graphics adapter if there is one, else the processor; says which on standard error
     Auto,
-    /// A graphics adapter, of hardware or software
+    /// A graphics adapter, of hardware or software (lavapipe)
     Wgpu,
-    /// The processor (not in this version)
+    /// The processor: the same images to the bit on every machine
     Cpu,
 }
 
@@ -122,16 +124,39 @@ pub(crate) struct RunArgs {
 
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Example:
-  ductloop render scenarios/straight.toml --at-s 2 --out frame.png    # and frame.json with the truth")]
+Examples:
+  ductloop render straight --at-s 2 --out frame.png                   and frame.json with the robot's pose
+  ductloop render straight --at-s 2 --truth --no-noise                and frame.truth.png, frame.centres.parquet, frame.*.npy
+  ductloop render straight --at-s 0,1,2,4 --out sheet.png             a contact sheet
+  ductloop render straight --pose 2,0,0.15,30,10,0 --bits 12          any camera pose, without a run
+
+A picture of 10 or 12 bits is a PNG of 16 bits with the values as they are, 0 to 1023 or 4095: most viewers show it dark.")]
 pub(crate) struct RenderArgs {
     /// Scenario file, or name of a file in ./scenarios
     #[arg(value_name = "FILE|NAME")]
     pub(crate) input: PathBuf,
-    /// Simulated time: the first frame exposed at or after it
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
-    pub(crate) at_s: f64,
-    /// The picture; the truth goes beside it, with the ending .json
+    /// Simulated time: the first frame exposed at or after it. Several times, with commas between, give a contact sheet
+    #[arg(
+        long, value_name = "SECONDS[,…]", allow_negative_numbers = true, value_delimiter = ',', value_parser = seconds,
+        required_unless_present = "pose"
+    )]
+    pub(crate) at_s: Vec<f64>,
+    /// Camera anywhere in the duct instead of on the robot: place in m, then degrees, yaw to the left, pitch down, roll
+    #[arg(
+        long, value_name = "X,Y,Z,YAW,PITCH,ROLL", allow_hyphen_values = true, value_delimiter = ',', value_parser = number,
+        conflicts_with_all = ["at_s", "lines"]
+    )]
+    pub(crate) pose: Vec<f64>,
+    /// Write what is exactly the case in each pixel as well: stripe centres, depth, surface, normal
+    #[arg(long)]
+    pub(crate) truth: bool,
+    /// Leave out everything random: noise of the CCD, unequal pixels, speckle
+    #[arg(long)]
+    pub(crate) no_noise: bool,
+    /// Bits of a grey value, whatever the scenario says
+    #[arg(long, value_name = "8|10|12", allow_negative_numbers = true, value_parser = bits)]
+    pub(crate) bits: Option<Bits>,
+    /// The picture; the robot's pose goes beside it, with the ending .json
     #[arg(long, value_name = "FILE", default_value = "frame.png")]
     pub(crate) out: PathBuf,
     /// Draw the lines that the navigator found
@@ -141,7 +166,7 @@ pub(crate) struct RenderArgs {
     pub(crate) overlay: OverlayArgs,
     #[command(flatten)]
     pub(crate) rendering: RendererArgs,
-    /// Print the truth on standard output as well
+    /// Print the JSON document on standard output as well
     #[arg(long)]
     pub(crate) json: bool,
     /// Say nothing but errors
@@ -172,6 +197,9 @@ pub(crate) struct BenchArgs {
     /// Frames to time; the median is told
     #[arg(long, value_name = "N", default_value_t = 200, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(10..=100_000))]
     pub(crate) frames: u32,
+    /// Threads for the whole loop, and for the processor's renderer where that is timed with more than one
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
 }
 
 impl Command {
@@ -205,6 +233,19 @@ fn seed(text: &str) -> Result<u64, String> {
     // TOML knows no larger whole number, and the run's folder holds the seed as TOML.
     const MOST: u64 = i64::MAX as u64;
     text.parse().ok().filter(|seed| *seed <= MOST).ok_or_else(|| format!("a whole number from 0 to {MOST}"))
+}
+
+fn bits(text: &str) -> Result<Bits, String> {
+    match text {
+        "8" => Ok(Bits::Eight),
+        "10" => Ok(Bits::Ten),
+        "12" => Ok(Bits::Twelve),
+        _ => Err("8, 10 or 12".into()),
+    }
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    text.trim().parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| "a number, as in 0.15".into())
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

@@ -1,117 +1,121 @@
-//! `ductloop render`: one camera frame of a run, and the truth at its exposure.
+//! `ductloop render`: what the camera sees, and the truth at its exposure.
 
-use std::ops::ControlFlow;
+use std::path::PathBuf;
 
-use ductloop::closed_loop::run_with;
-use ductloop::output::{FileError, write_whole};
-use ductloop::record::{EndState, FrameRecord};
-use ductloop::{Pilot, Scenario, picture};
+use ductloop::closed_loop::RunError;
+use ductloop::output::write_whole;
+use ductloop::{GreyImage, Scenario, contact_sheet, picture};
+use ductloop_sensor::renderer::RenderError;
 use serde_json::{Value, json};
 
 use super::args::RenderArgs;
+use super::inputs::Input;
 use super::problem::Problem;
 use super::rendering::Rendering;
+use super::shot::{Shot, of_pose, of_run};
 use super::streams::{note, print, print_json};
-use super::{INTERRUPTED, destination, inputs, interrupt};
+use super::{INTERRUPTED, destination, inputs, interrupt, truth_files};
 
-/// Carries it out: runs the loop up to the time asked for.
+/// Carries it out: runs the loop up to the times asked for, or takes the pose that was given, and renders.
 ///
 /// # Errors
 /// A wrong input, a run that ends before that time, a file that cannot be written.
 pub(crate) fn command(args: &RenderArgs) -> Result<u8, Problem> {
-    let wrong = |message: String| Problem::new(Problem::WRONG_INPUT, message);
     let inputs = inputs::read(std::slice::from_ref(&args.input), &args.overlay)?;
-    let [input] = inputs.as_slice() else {
+    let [Input { file, scenario, .. }] = inputs.as_slice() else {
         let many = wrong("one scenario is rendered at a time, and this folder holds several".into());
         return Err(many.about(args.input.display().to_string()).help("name one of its files"));
     };
-    let truth_file = args.out.with_extension("json");
-    if args.out.extension().is_none_or(|ending| ending != "png") {
-        return Err(wrong("the picture's name must end in .png".into()).about(args.out.display().to_string()));
-    }
-    let scenario = &input.scenario;
-    if args.at_s > scenario.time_limit_s {
-        let message = format!("this is later than the run can end, {} s at the latest (time_limit_s)", scenario.time_limit_s);
-        return Err(wrong(message).about("--at-s"));
-    }
-    for file in [&args.out, &truth_file] {
-        destination::file("--out", file)?;
-    }
+    check(args, scenario)?;
     let rendering = Rendering::open(args.rendering, args.quiet)?;
     interrupt::listen();
-    let cannot_go_on = |error: &dyn std::fmt::Display| {
-        Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(input.file.display().to_string())
-    };
-    let mut renderer = ductloop::renderer(&rendering.gpu, scenario).map_err(|error| cannot_go_on(&error))?;
-    let mut found = None;
-    let run = run_with(scenario, Pilot::of(scenario), &mut renderer, rendering.pace, |record, image| {
-        if interrupt::requested() {
-            return ControlFlow::Break(());
-        }
-        if record.time_s + 1e-9 < args.at_s {
-            return ControlFlow::Continue(());
-        }
-        found = Some((record.clone(), image.to_vec()));
-        ControlFlow::Break(())
-    })
-    .map_err(|failure| cannot_go_on(&failure))?;
-    let Some((record, image)) = found else {
-        if run.end == EndState::BrokenOff {
+    let shots = if args.pose.is_empty() {
+        let Some(shots) = of_run(scenario, &rendering, &args.at_s, file)? else {
             note("interrupted: nothing was written");
             return Ok(INTERRUPTED);
-        }
-        let message = format!("the run ends at {:.3} s ({}), before {} s", run.sim_time_s, run.end.word(), args.at_s);
-        return Err(wrong(message).about("--at-s"));
-    };
-    let camera = &scenario.rig.camera;
-    let spread = run.key_frames.spread();
-    let lines = spread.last().filter(|_| args.lines).map_or(&[][..], |key| &key.lines);
-    let picture = if args.lines {
-        picture::overlay_png(&image, camera.width_px, camera.height_px, lines)
+        };
+        shots
     } else {
-        picture::grey_png(&image, camera.width_px, camera.height_px)
+        vec![of_pose(scenario, &args.pose)?]
     };
-    let picture = picture.map_err(|error| cannot_go_on(&error))?;
-    let truth = truth(scenario, &record);
-    let cannot = |path: &std::path::Path| {
-        let path = path.display().to_string();
-        move |error: FileError| Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(path)
-    };
-    write_whole(&args.out, &picture).map_err(cannot(&args.out))?;
-    write_whole(&truth_file, format!("{truth:#}\n").as_bytes()).map_err(cannot(&truth_file))?;
+    let cannot_go_on =
+        |error: &dyn std::fmt::Display| Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(file.display().to_string());
+    // The run saw the scenario's own images; those that are shown are made anew, as they were asked for.
+    let mut shown = scenario.clone();
+    shown.optics.noise &= !args.no_noise;
+    shown.optics.ccd.bits = args.bits.unwrap_or(shown.optics.ccd.bits);
+    let images = expose(&shown, &rendering, &shots).map_err(|error| match error {
+        RunError::Render(RenderError::OutsideNetwork { .. }) if !args.pose.is_empty() => wrong(error.to_string()).about("--pose"),
+        error => cannot_go_on(&error),
+    })?;
+    let document = document(&shots);
+    let mut files = vec![
+        (args.out.clone(), png(args, &shots, &images).map_err(|error| cannot_go_on(&error))?),
+        (args.out.with_extension("json"), format!("{document:#}\n").into_bytes()),
+    ];
+    if let ([shot], [image], true) = (shots.as_slice(), images.as_slice(), args.truth) {
+        files.extend(truth_files::of(&shown, &shot.view, image, &args.out).map_err(|error| cannot_go_on(&error))?);
+    }
+    for (path, bytes) in &files {
+        let cannot = |error: &dyn std::fmt::Display| Problem::new(Problem::CANNOT_GO_ON, error.to_string());
+        write_whole(path, bytes).map_err(|error| cannot(&error).about(path.display().to_string()))?;
+    }
     if args.json {
-        print_json(&truth)?;
+        print_json(&document)?;
     } else if !args.quiet {
-        print(&format!("{} and {}", args.out.display(), truth_file.display()))?;
+        print(&files.iter().map(|(path, _)| path.display().to_string()).collect::<Vec<_>>().join("\n"))?;
     }
     Ok(0)
 }
 
-/// What was the case at the exposure, and what the navigator made of the frame.
-fn truth(scenario: &Scenario, record: &FrameRecord) -> Value {
-    let position = record.truth.world_from_base.translation.vector;
-    let rotation = record.truth.world_from_base.rotation.coords;
-    json!({
-        "format": 1,
-        "scenario": scenario.name,
-        "seed": scenario.seed,
-        "frame": record.frame,
-        "tick": record.tick,
-        "time_s": record.time_s,
-        "truth": {
-            "position_m": position.as_slice(),
-            "rotation_xyzw": rotation.as_slice(),
-            "distance_m": record.truth.distance_m,
-            "lateral_m": record.truth.lateral_m,
-            "heading_rad": record.truth.heading_rad,
-            "clearance_m": record.truth.clearance_m,
-            "speed_m_s": record.truth.speed_m_s,
-        },
-        "mount": {"pan_rad": record.mount.pan_rad, "tilt_rad": record.mount.tilt_rad},
-        "estimate": {
-            "lateral_m": record.measurement.lateral_m,
-            "heading_rad": record.measurement.heading_rad,
-            "width_m": record.measurement.width_m,
-        },
-    })
+fn wrong(message: String) -> Problem {
+    Problem::new(Problem::WRONG_INPUT, message)
+}
+
+/// What can be told to be wrong before anything runs.
+fn check(args: &RenderArgs, scenario: &Scenario) -> Result<(), Problem> {
+    if args.out.extension().is_none_or(|ending| ending != "png") {
+        return Err(wrong("the picture's name must end in .png".into()).about(args.out.display().to_string()));
+    }
+    if args.at_s.iter().any(|time_s| *time_s > scenario.time_limit_s) {
+        let message = format!("this is later than the run can end, {} s at the latest (time_limit_s)", scenario.time_limit_s);
+        return Err(wrong(message).about("--at-s"));
+    }
+    for (option, given) in [("--truth", args.truth), ("--lines", args.lines)] {
+        if given && args.at_s.len() > 1 {
+            let message = format!("a contact sheet of {} times cannot show this", args.at_s.len());
+            return Err(wrong(message).about(option).help("give `--at-s` a single time"));
+        }
+    }
+    let beside = [args.out.clone(), args.out.with_extension("json")].into_iter();
+    let truth: Vec<PathBuf> = if args.truth { truth_files::names(&args.out).into() } else { Vec::new() };
+    beside.chain(truth).try_for_each(|file: PathBuf| destination::file("--out", &file))
+}
+
+/// Renders each shot.
+fn expose(scenario: &Scenario, rendering: &Rendering, shots: &[Shot]) -> Result<Vec<GreyImage>, RunError> {
+    let mut renderer = rendering.engine.renderer(scenario, rendering.threads.all)?;
+    let mut images = Vec::new();
+    for shot in shots {
+        let mut image = GreyImage::black(&scenario.rig.camera, scenario.optics.ccd.bits);
+        renderer.render(&shot.view, image.room())?;
+        images.push(image);
+    }
+    Ok(images)
+}
+
+/// The picture: the frame as it is, with lines drawn on it, or several frames on a sheet.
+fn png(args: &RenderArgs, shots: &[Shot], images: &[GreyImage]) -> image::ImageResult<Vec<u8>> {
+    match (images, shots) {
+        ([image], [shot]) if args.lines => picture::overlay_png(image, &shot.lines),
+        ([image], _) => picture::grey_png(image),
+        _ => contact_sheet::png(images.iter().zip(shots.iter().map(|shot| shot.label.as_str()))),
+    }
+}
+
+fn document(shots: &[Shot]) -> Value {
+    match shots {
+        [one] => one.document.clone(),
+        several => json!({"format": 1, "frames": several.iter().map(|shot| &shot.document).collect::<Vec<_>>()}),
+    }
 }

@@ -1,9 +1,7 @@
 //! Opening what renders.
 
-use ductloop::closed_loop::Pace;
+use ductloop::engine::{Engine, Threads};
 use ductloop::output::manifest::AdapterInfo;
-use ductloop_sensor::gpu::Gpu;
-use ductloop_sensor::renderer::RenderError;
 
 use super::args::{RendererArgs, RendererChoice};
 use super::problem::Problem;
@@ -11,46 +9,53 @@ use super::streams::note;
 
 /// What renders, opened.
 pub(crate) struct Rendering {
-    /// The device.
-    pub(crate) gpu: Gpu,
-    /// How runs are carried out.
-    pub(crate) pace: Pace,
+    /// The engine.
+    pub(crate) engine: Engine,
     /// Threads that the call was given.
-    pub(crate) threads: usize,
+    pub(crate) threads: Threads,
 }
 
 impl Rendering {
-    /// The word for it in summaries.
-    pub(crate) const WORD: &'static str = "wgpu";
-
     /// Opens what was asked for. Unless `quiet`, `auto` says on standard error what it took.
     ///
     /// # Errors
-    /// Exit code 2 for what this version does not have, 3 where there is no adapter.
+    /// Exit code 2 for what this program was built without, 3 where wgpu was asked for and there is no adapter.
     pub(crate) fn open(args: RendererArgs, quiet: bool) -> Result<Self, Problem> {
-        if args.renderer == RendererChoice::Cpu {
-            return Err(Problem::new(Problem::WRONG_INPUT, "this version has no CPU renderer")
-                .about("--renderer cpu")
-                .help("`--renderer wgpu` runs on the processor too, with Mesa's lavapipe: apt-get install mesa-vulkan-drivers"));
-        }
-        let gpu = Gpu::open().map_err(|error| problem(&error))?;
+        let threads = args.threads.map_or_else(Threads::here, |n| Threads { all: n.into() });
+        let engine = match args.renderer {
+            RendererChoice::Auto => Engine::auto(),
+            RendererChoice::Cpu => Engine::Cpu,
+            RendererChoice::Wgpu => wgpu()?,
+        };
+        let opened = Self { engine, threads };
         if args.renderer == RendererChoice::Auto && !quiet {
-            let adapter = gpu.adapter();
-            let kind = if adapter.software { ", in software" } else { "" };
-            note(&format!("rendering with wgpu on {} ({}{kind})", adapter.name, adapter.backend));
+            note(&match opened.adapter() {
+                Some(adapter) => format!("rendering with wgpu on {} ({})", adapter.name, adapter.backend),
+                None => "rendering with cpu: there is no hardware graphics adapter".to_owned(),
+            });
         }
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        let threads = args.threads.map_or(cores, usize::from);
-        Ok(Self { gpu, pace: if threads > 1 { Pace::Overlapped } else { Pace::Alone }, threads })
+        Ok(opened)
     }
 
-    /// What the manifest says of it.
-    pub(crate) fn adapter(&self) -> AdapterInfo {
-        self.gpu.adapter().into()
+    /// What the manifest says of it; `None` where the processor renders.
+    pub(crate) fn adapter(&self) -> Option<AdapterInfo> {
+        match &self.engine {
+            Engine::Cpu => None,
+            #[cfg(feature = "wgpu")]
+            Engine::Wgpu(gpu) => Some(gpu.adapter().into()),
+        }
     }
 }
 
-/// A renderer's failure.
-pub(crate) fn problem(error: &RenderError) -> Problem {
-    Problem::new(Problem::CANNOT_GO_ON, error.to_string())
+/// Any graphics adapter, of hardware or software.
+#[cfg(feature = "wgpu")]
+fn wgpu() -> Result<Engine, Problem> {
+    Engine::wgpu().map_err(|error| Problem::new(Problem::CANNOT_GO_ON, error.to_string()))
+}
+
+#[cfg(not(feature = "wgpu"))]
+fn wgpu() -> Result<Engine, Problem> {
+    Err(Problem::new(Problem::WRONG_INPUT, "this program was built without wgpu")
+        .about("--renderer wgpu")
+        .help("`--renderer cpu` renders on the processor; a build with the feature `wgpu` has both"))
 }

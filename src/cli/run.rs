@@ -146,7 +146,7 @@ fn junit_file(path: &Path) -> Result<(), Problem> {
 /// One run from its first frame to its folder.
 fn execute(run: &Planned, index: usize, count: usize, args: &RunArgs, rendering: &Rendering) -> Outcome {
     let scenario = &run.input.scenario;
-    let manifest = Manifest::now(scenario.seed, Rendering::WORD, Some(rendering.adapter()), rendering.threads);
+    let manifest = Manifest::now(scenario.seed, rendering.engine.word(), rendering.adapter(), rendering.threads.all);
     let progress = Progress::new(&run.name, index, count, distance_to_go_m(scenario), args.quiet);
     let started = Instant::now();
     // One beyond what a `Duration` holds is none.
@@ -165,7 +165,7 @@ fn execute(run: &Planned, index: usize, count: usize, args: &RunArgs, rendering:
     let (record, mut summary) = match result {
         Ok(record) if record.end == EndState::BrokenOff && !timed_out => return Outcome::Interrupted,
         Ok(record) => {
-            let summary = Summary::of(scenario, &record, Rendering::WORD, wall_time_s);
+            let summary = Summary::of(scenario, &record, rendering.engine.word(), wall_time_s);
             let summary = match args.wall_limit_s {
                 Some(limit) if timed_out => {
                     let reached = record.sim_time_s;
@@ -179,11 +179,11 @@ fn execute(run: &Planned, index: usize, count: usize, args: &RunArgs, rendering:
             (record, summary)
         }
         Err(RunFailure { error, record: Some(record) }) => {
-            let summary = Summary::of(scenario, &record, Rendering::WORD, wall_time_s);
+            let summary = Summary::of(scenario, &record, rendering.engine.word(), wall_time_s);
             (*record, summary.broken_off(Verdict::Error, error.to_string()))
         }
         Err(RunFailure { error, record: None }) => {
-            let summary = Summary::of(scenario, &never_begun(), Rendering::WORD, wall_time_s);
+            let summary = Summary::of(scenario, &never_begun(), rendering.engine.word(), wall_time_s);
             return Outcome::Over(Box::new(summary.broken_off(Verdict::Error, error.to_string())), Some(cannot_go_on(&error)));
         }
     };
@@ -212,8 +212,8 @@ fn simulate(
     rendering: &Rendering,
     mut watch: impl FnMut(&FrameRecord) -> ControlFlow<()>,
 ) -> Result<RunRecord, RunFailure> {
-    let mut renderer = ductloop::renderer(&rendering.gpu, scenario)?;
-    run_with(scenario, Pilot::of(scenario), &mut renderer, rendering.pace, |record, _| watch(record))
+    let mut renderer = rendering.engine.renderer(scenario, rendering.threads.rendering())?;
+    run_with(scenario, Pilot::of(scenario), renderer.as_mut(), rendering.threads.pace(), |record, _| watch(record))
 }
 
 fn distance_to_go_m(scenario: &Scenario) -> f64 {

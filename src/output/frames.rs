@@ -37,6 +37,8 @@ pub fn table(frames: &[FrameRecord]) -> Result<RecordBatch, ArrowError> {
     columns.signed("counts_right", |f| f.counts.right);
     columns.number("pan_rad", |f| f.mount.pan_rad);
     columns.number("tilt_rad", |f| f.mount.tilt_rad);
+    columns.number("exposure_s", |f| f.view.exposure_s);
+    columns.number("laser_power", |f| f.laser_power);
     columns.push("state", false, |frames| StringArray::from_iter_values(frames.map(|f| state_word(f.state))));
     columns.count("lines", |f| f.lines as u32);
     estimates(&mut columns);
@@ -87,10 +89,14 @@ fn estimates(columns: &mut Columns<'_>) {
 /// # Errors
 /// None that is known of: the file is made in memory.
 pub fn parquet(frames: &[FrameRecord]) -> Result<Vec<u8>, ParquetError> {
-    let table = table(frames)?;
+    to_parquet(&table(frames)?)
+}
+
+/// A table as a Parquet file, compressed with Snappy.
+pub(super) fn to_parquet(table: &RecordBatch) -> Result<Vec<u8>, ParquetError> {
     let properties = WriterProperties::builder().set_compression(Compression::SNAPPY).build();
     let mut writer = ArrowWriter::try_new(Vec::new(), table.schema(), Some(properties))?;
-    writer.write(&table)?;
+    writer.write(table)?;
     writer.into_inner()
 }
 

@@ -4,17 +4,20 @@
 //! - [`manifest`]: what made them and where, `manifest.json`;
 //! - [`frames`]: a row a frame, `frames.parquet`;
 //! - [`key_frames`]: some frames as pictures, `frames/*.png`;
+//! - [`npy`], [`centres`]: arrays and stripe centres, for `ductloop render --truth`;
 //! - [`words`]: figures, bounds and reasons as people read them;
 //! - [`folder`]: the run's folder, whole or not at all;
 //! - [`junit`]: all runs of a call for a CI server.
 //!
 //! The report's page is [`crate::report`]'s; [`crate::run_files`] puts it all together.
 
+pub mod centres;
 pub mod folder;
 pub mod frames;
 pub mod junit;
 pub mod key_frames;
 pub mod manifest;
+pub mod npy;
 mod stage_name;
 pub mod summary;
 mod whole_file;

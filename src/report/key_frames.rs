@@ -9,7 +9,7 @@ use minijinja::{Value, context};
 use super::ReportError;
 use crate::output::frames::state_word;
 use crate::output::words::number;
-use crate::picture::{LASER_COLOURS, UNASSIGNED, colour, grey_png};
+use crate::picture::{LASER_COLOURS, UNASSIGNED, colour, preview_png};
 use crate::record::{FrameRecord, KeyFrame, RunRecord};
 use crate::scenario::Scenario;
 
@@ -33,7 +33,7 @@ pub(super) fn figures(scenario: &Scenario, run: &RunRecord) -> Result<Vec<Value>
 
 fn figure(scenario: &Scenario, run: &RunRecord, key: &KeyFrame) -> Result<Value, ReportError> {
     let (width, height) = (scenario.rig.camera.width_px, scenario.rig.camera.height_px);
-    let png = STANDARD.encode(grey_png(&key.image, width, height)?);
+    let png = STANDARD.encode(preview_png(&key.image)?);
     let mut svg = String::new();
     // Writing to a string cannot fail. Pixel (0, 0) is the centre of the first pixel.
     let _ = write!(svg, r#"<svg viewBox="-0.5 -0.5 {width} {height}" role="img" aria-label="frame {}">"#, key.frame);

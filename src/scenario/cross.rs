@@ -3,11 +3,10 @@
 //! Each rule is judged only where everything it rests on is sound, so that one slip gives one error.
 
 mod course;
+mod sensor;
 
 use ductloop_duct::fitting::FittingError;
 use ductloop_duct::network::{Network, NetworkError};
-use ductloop_nav::rig::{Rig, RigError};
-use ductloop_sensor::renderer::MAX_LASERS;
 
 use super::Scenario;
 use super::check::Checked;
@@ -23,10 +22,8 @@ const FREE_M: f64 = 1e-3;
 pub(super) fn check(scenario: &Scenario, typed: &Typed, checked: &mut Checked) {
     let mut cross = Cross { scenario, typed, checked };
     cross.rates();
-    cross.exposure();
     cross.robot();
-    cross.optics();
-    cross.rig();
+    cross.sensor();
     cross.perception();
     cross.fit();
     if let Some(network) = cross.network() {
@@ -77,17 +74,6 @@ impl Cross<'_> {
         }
     }
 
-    fn exposure(&mut self) {
-        let (exposure_s, camera_hz) = (self.scenario.exposure_s, self.scenario.rates.camera_hz);
-        if self.checked.is_sound(&["sensor.exposure", "rates"]) && exposure_s * f64::from(camera_hz) >= 1.0 {
-            self.wrong(
-                &["sensor.exposure", "rates.camera_hz"],
-                format!("an exposure of {} ms is longer than a frame at {camera_hz} Hz", exposure_s * 1e3),
-                format!("less than {:.3} ms", 1e3 / f64::from(camera_hz)),
-            );
-        }
-    }
-
     fn robot(&mut self) {
         if !self.checked.is_sound(&["robot"]) {
             return;
@@ -105,69 +91,6 @@ impl Cross<'_> {
             let typed: Vec<String> = typed.collect();
             let paths: Vec<&str> = std::iter::once(path).chain(typed.iter().map(String::as_str)).collect();
             self.wrong(&paths, message, error.rule);
-        }
-    }
-
-    fn optics(&mut self) {
-        if !self.checked.is_sound(&["sensor.light", "sensor.ccd"]) {
-            return;
-        }
-        if let Err(error) = self.scenario.optics.validate() {
-            let paths = [format!("sensor.light.{}", error.field), format!("sensor.ccd.{}", error.field)];
-            let message = format!("`{}` is {}", error.field, error.value);
-            self.wrong(&[&paths[0], &paths[1], "sensor"], message, format!("it must be {}", error.bound));
-        }
-    }
-
-    fn rig(&mut self) {
-        if !self.checked.is_sound(&["sensor"]) {
-            return;
-        }
-        let nominal = &self.scenario.rig;
-        for laser in &nominal.lasers {
-            // One by one: `validate` names the first error only.
-            let alone = Rig { lasers: vec![laser.clone()], ..nominal.clone() };
-            if let Err(error) = alone.validate() {
-                self.rig_error(&error, &format!("sensor.laser.{}", laser.name));
-            }
-        }
-        if nominal.lasers.len() > MAX_LASERS {
-            let message = format!("the rig has {} lasers, more than can be rendered", nominal.lasers.len());
-            self.wrong(&["sensor.laser", "sensor"], message, format!("at most {MAX_LASERS}"));
-        }
-        let turns = self.scenario.rig_error.laser_plane_rad.len();
-        let lasers: Vec<_> = nominal.lasers.iter().map(|l| l.name.as_str()).collect();
-        if turns != lasers.len() {
-            self.wrong(
-                &["sensor.error.laser_plane_deg", "sensor.error"],
-                format!("`sensor.error.laser_plane_deg` takes {} angles, not {turns}", lasers.len()),
-                format!("one for each of {}, in this order", lasers.join(", ")),
-            );
-        } else if self.checked.is_sound(&["sensor"])
-            && let Err(error) = self.scenario.actual_rig().validate()
-        {
-            let path = "sensor.error.laser_plane_deg";
-            self.wrong(&[path, "sensor.error"], format!("with this error, {error}"), "a smaller angle".to_owned());
-        }
-    }
-
-    fn rig_error(&mut self, error: &RigError, laser: &str) {
-        let field = |key: &str| format!("{laser}.{key}");
-        let (offset, source) = (field("offset_m"), field("source_in_base_m"));
-        match error {
-            RigError::PlaneThroughCamera { .. } => self.wrong(
-                &[&offset, laser],
-                error.to_string(),
-                "the plane's distance from the camera, 0.001 m or more either way".to_owned(),
-            ),
-            RigError::SourceOffPlane { .. } => self.wrong(
-                &[&source, &field("source_in_camera_m"), &offset, &field("normal"), laser],
-                error.to_string(),
-                "a source is a point of its plane; `source_in_base_m` stays behind when the camera is moved, \
-                 `source_in_camera_m` goes along"
-                    .to_owned(),
-            ),
-            _ => self.wrong(&["sensor.camera", "sensor"], error.to_string(), "the camera cannot work so".to_owned()),
         }
     }
 

@@ -3,7 +3,7 @@
 use ductloop_duct::cell::SurfaceId;
 use ductloop_duct::fitting::Shape;
 use ductloop_nav::rig::{Laser, MountAngles, Rig};
-use ductloop_sensor::optics::Look;
+use ductloop_sensor::surface::Look;
 use nalgebra::{Point3, Unit, Vector3};
 
 use super::Scenario;
@@ -162,7 +162,18 @@ fn number(surfaces: &mut Vec<Surface>, surface: Surface) -> SurfaceId {
 fn surface(layered: &Table, name: &str) -> Option<Surface> {
     let (_, surface) = named(layered, "surface").find(|(entry, _)| entry.key == name)?;
     // Fields that are missing or wrong have been reported; the surface is known all the same.
-    let look = Look { albedo: surface.number("albedo", Scale::Si).unwrap_or(1.0) };
+    let or_default = |key: &str, scale: Scale| {
+        let default = || default_of(&format!("surface.*.{key}"))?.as_number().map(|x| scale.si(x));
+        surface.number(key, scale).or_else(default).unwrap_or_default()
+    };
+    let look = Look {
+        albedo: surface.number("albedo", Scale::Si).unwrap_or(1.0),
+        specular: or_default("specular", Scale::Si),
+        roughness: or_default("roughness", Scale::Si),
+        spangle: or_default("spangle", Scale::Si),
+        spangle_m: or_default("spangle_mm", Scale::Milli),
+        seam_m: or_default("seam_mm", Scale::Milli),
+    };
     Some(Surface { name: name.to_owned(), look, friction: surface.number("friction", Scale::Si).unwrap_or(1.0) })
 }
 

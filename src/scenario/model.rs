@@ -6,7 +6,8 @@ use ductloop_duct::network::{End, Network, NetworkError};
 use ductloop_nav::control::koh_cho::KohChoParams;
 use ductloop_nav::perception::paper::PaperParams;
 use ductloop_nav::rig::Rig;
-use ductloop_sensor::optics::{Look, Optics};
+use ductloop_sensor::optics::Optics;
+use ductloop_sensor::surface::Look;
 use ductloop_sim::spec::RobotSpec;
 
 use super::criteria::Criteria;
@@ -34,8 +35,10 @@ pub struct Scenario {
     pub rig: Rig,
     /// How the true rig differs from it.
     pub rig_error: RigDeviation,
-    /// Exposure of every frame, in seconds.
-    pub exposure_s: f64,
+    /// Exposure of every frame, in seconds; `None`: automatic.
+    pub exposure_s: Option<f64>,
+    /// What automatic exposure aims at.
+    pub auto_exposure: AutoExposure,
     /// Light, lens and CCD. Its `exposure_s` is the one for which the peak grey values hold.
     pub optics: Optics,
     /// How images become errors.
@@ -80,6 +83,18 @@ pub struct RigDeviation {
     pub roll_rad: f64,
     /// Turn of each laser's plane about the camera's x axis through its source, in radians, in the order of the lasers.
     pub laser_plane_rad: Vec<f64>,
+}
+
+/// What automatic exposure aims at and may choose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AutoExposure {
+    /// Brightness of the stripes' peaks above their background, in DN of 8 bits
+    /// ([`ductloop_nav::exposure::Brightness::peak_dn`]).
+    pub target_dn: f64,
+    /// Shortest and longest exposure, in seconds.
+    pub exposure_s: [f64; 2],
+    /// Least and most laser power, as shares of nominal.
+    pub laser_power: [f64; 2],
 }
 
 /// How images become errors.
@@ -258,6 +273,11 @@ impl Scenario {
         let rig = self.rig.clone().with_mount_error(*pan_rad, *tilt_rad, *roll_rad);
         let turned = laser_plane_rad.iter().enumerate().take(self.rig.lasers.len()).filter(|(_, angle)| **angle != 0.0);
         turned.fold(rig, |rig, (index, angle)| rig.with_plane_turned(index, *angle))
+    }
+
+    /// Exposure of the first frame, in seconds; of every frame, unless it is automatic.
+    pub fn first_exposure_s(&self) -> f64 {
+        self.exposure_s.unwrap_or(self.optics.exposure_s)
     }
 
     /// Distance of the finish line along the centreline of `network`, in metres.

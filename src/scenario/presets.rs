@@ -10,8 +10,11 @@ pub(super) const SENSORS: &[&str] = &["incra1", "wide", "none"];
 pub(super) const SURFACES: &[(&str, &str)] = &[
     ("galvanised", include_str!("../../presets/surface/galvanised.toml")),
     ("galvanised-dusty", include_str!("../../presets/surface/galvanised-dusty.toml")),
+    ("galvanised-spangled", include_str!("../../presets/surface/galvanised-spangled.toml")),
     ("greasy", include_str!("../../presets/surface/greasy.toml")),
+    ("mirror", include_str!("../../presets/surface/mirror.toml")),
     ("painted", include_str!("../../presets/surface/painted.toml")),
+    ("rubber", include_str!("../../presets/surface/rubber.toml")),
 ];
 
 /// The robot of this name.

@@ -13,7 +13,7 @@ use super::check::Checked;
 use super::criteria::{Bound, Criteria, Criterion};
 use super::diagnostic::Diagnostics;
 use super::fields::{self, Default, Field, Scale, Slot};
-use super::model::{Control, Duct, Finish, Law, Navigation, Perception, Pipeline, Rates, RigDeviation, Start};
+use super::model::{AutoExposure, Control, Duct, Finish, Law, Navigation, Perception, Pipeline, Rates, RigDeviation, Start};
 use super::source::{Sources, Span};
 use super::tree::{Node, Table, Value};
 use super::typed::Typed;
@@ -126,6 +126,12 @@ fn store(field: &Field, scenario: &mut Scenario, node: &Node) {
         (Slot::Number(at, scale), Value::Number(_) | Value::Integer(_)) => {
             *at(scenario) = scale.si(node.as_number().unwrap_or_default());
         }
+        (Slot::NumberOr(at, scale), value) => {
+            *at(scenario) = if let Value::Text(_) = value { None } else { node.as_number().map(|x| scale.si(x)) };
+        }
+        (Slot::Part { set, .. }, Value::Number(_) | Value::Integer(_)) => set(scenario, node.as_number().unwrap_or_default()),
+        (Slot::Values { set, .. }, Value::List(_)) => set(scenario, &numbers(Scale::Si)),
+        (Slot::Choice { set, .. }, Value::Integer(x)) => set(scenario, *x),
         (Slot::Numbers(at, scale), Value::List(_)) => {
             at(scenario).iter_mut().zip(numbers(scale)).for_each(|(slot, x)| *slot = x);
         }
@@ -177,7 +183,8 @@ fn blank() -> Scenario {
             line: LineWidth { width_m: 1e-3, growth_rad: 0.0 },
         },
         rig_error: RigDeviation::default(),
-        exposure_s: 1e-3,
+        exposure_s: None,
+        auto_exposure: AutoExposure { target_dn: 1.0, exposure_s: [1e-3; 2], laser_power: [1.0; 2] },
         optics: Optics::default(),
         perception: Perception { pipeline: Pipeline::Paper, paper: PaperParams::default() },
         control: Control { law: Law::KohCho, koh_cho: KohChoParams::default(), wheel_bandwidth_rad_s: 0.0 },

@@ -65,6 +65,8 @@ fn leaf(field: &Field) -> Value {
     let number = |min: f64, max: f64| json!({ "type": "number", "minimum": min, "maximum": max });
     let mut schema = match field.kind {
         Kind::Number { min, max } => number(min, max),
+        Kind::NumberOr { min, max, word } => json!({ "oneOf": [number(min, max), { "const": word }] }),
+        Kind::Choice(numbers) => json!({ "enum": numbers }),
         Kind::Integer { min, max } if min == max => json!({ "const": min }),
         Kind::Integer { min, max } => json!({ "type": "integer", "minimum": min, "maximum": max }),
         Kind::Numbers { len, min, max, single } => {

@@ -16,6 +16,12 @@ pub(super) fn wrong(field: &Field, path: &str, node: &Node) -> Option<Finding> {
         (Kind::Number { min, max }, Value::Number(_) | Value::Integer(_)) => {
             number(field, path, node, min, max).and_then(finding)
         }
+        (Kind::NumberOr { min, max, .. }, Value::Number(_) | Value::Integer(_)) => {
+            number(field, path, node, min, max).and_then(finding)
+        }
+        (Kind::NumberOr { word, .. }, Value::Text(text)) if text == word => None,
+        (Kind::Choice(numbers), Value::Integer(x)) if numbers.contains(x) => None,
+        (Kind::Choice(numbers), Value::Integer(x)) => finding(format!("`{path}` is {x}: it must be {}", one_of(numbers))),
         (Kind::Integer { min, max }, Value::Integer(x)) => integer(field, path, *x, min, max).and_then(finding),
         (Kind::Numbers { min, max, single: true, .. }, Value::Number(_) | Value::Integer(_)) => {
             number(field, path, node, min, max).and_then(finding)
@@ -95,6 +101,8 @@ pub(super) fn shown(x: f64) -> String {
 fn wanted(field: &Field) -> String {
     match field.kind {
         Kind::Number { .. } => "a number".to_owned(),
+        Kind::NumberOr { word, .. } => format!("a number or \"{word}\""),
+        Kind::Choice(numbers) => one_of(numbers),
         Kind::Integer { .. } => "a whole number".to_owned(),
         Kind::Numbers { len, single, .. } => {
             format!("{}an array of {len} numbers", if single { "a number or " } else { "" })
@@ -108,9 +116,18 @@ fn wanted(field: &Field) -> String {
     }
 }
 
+/// Numbers as a sentence lists what may be chosen: `8, 10 or 12`.
+fn one_of(numbers: &[i64]) -> String {
+    let words: Vec<_> = numbers.iter().map(i64::to_string).collect();
+    match words.split_last() {
+        Some((last, others)) if !others.is_empty() => format!("{} or {last}", others.join(", ")),
+        _ => words.concat(),
+    }
+}
+
 /// What would be right where a value has the wrong type.
 fn type_help(field: &Field, given: &Value) -> String {
-    let is_number = matches!(field.kind, Kind::Number { .. } | Kind::Integer { .. });
+    let is_number = matches!(field.kind, Kind::Number { .. } | Kind::NumberOr { .. } | Kind::Choice(_) | Kind::Integer { .. });
     let leading = |text: &str| {
         let end = text.find(|c: char| !c.is_ascii_digit() && !matches!(c, '.' | '-' | '+')).unwrap_or(text.len());
         text[..end].parse::<f64>().ok()
@@ -122,7 +139,7 @@ fn type_help(field: &Field, given: &Value) -> String {
             format!("write the number without quotes{unit}, as in `{} = {}`: {}", field.key(), shown(number), field.sentence())
         }
         // Below 2^53 every whole number is one, and it reads as it was meant.
-        Value::Number(x) if matches!(field.kind, Kind::Integer { .. }) && x.abs() <= 1e15 => {
+        Value::Number(x) if matches!(field.kind, Kind::Integer { .. } | Kind::Choice(_)) && x.abs() <= 1e15 => {
             format!("write it without a decimal point, as in `{} = {}`: {}", field.key(), x.round(), field.sentence())
         }
         Value::Text(text) if field.kind == Kind::Flag && (text == "true" || text == "false") => {

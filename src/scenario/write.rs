@@ -4,6 +4,8 @@ use std::fmt::Write as _;
 
 use ductloop_duct::fitting::Shape as FittingShape;
 
+use ductloop_sensor::surface::Look;
+
 use super::Scenario;
 use super::check::join;
 use super::criteria::Bound;
@@ -46,6 +48,13 @@ fn load(field: &Field, scenario: &mut Scenario) -> Option<Value> {
         Slot::ByTable => return None,
         Slot::Fixed(toml) => parse::value(toml, 0, 0).ok()?.value,
         Slot::Number(at, scale) => Value::Number(scale.in_file(*at(scenario))),
+        Slot::NumberOr(at, scale) => match (*at(scenario), field.kind) {
+            (None, Kind::NumberOr { word, .. }) => Value::Text(word.to_owned()),
+            (value, _) => Value::Number(scale.in_file(value?)),
+        },
+        Slot::Part { get, .. } => Value::Number(get(scenario)?),
+        Slot::Values { get, .. } => numbers(&get(scenario), Scale::Si),
+        Slot::Choice { get, .. } => Value::Integer(get(scenario)),
         Slot::Numbers(at, scale) => {
             let values = &*at(scenario);
             let all_equal = values.windows(2).all(|w| w[0] == w[1]);
@@ -135,8 +144,17 @@ fn lasers(scenario: &Scenario) -> Table {
 
 fn surfaces(scenario: &Scenario) -> Table {
     named(scenario.surfaces.iter().map(|surface| {
-        let table =
-            element([("albedo", Some(Value::Number(surface.look.albedo))), ("friction", Some(Value::Number(surface.friction)))]);
+        let Look { albedo, specular, roughness, spangle, spangle_m, seam_m } = surface.look;
+        let number = |x| Some(Value::Number(x));
+        let table = element([
+            ("albedo", number(albedo)),
+            ("specular", number(specular)),
+            ("roughness", number(roughness)),
+            ("spangle", number(spangle)),
+            ("spangle_mm", number(Scale::Milli.in_file(spangle_m))),
+            ("seam_mm", number(Scale::Milli.in_file(seam_m))),
+            ("friction", number(surface.friction)),
+        ]);
         (surface.name.clone(), table)
     }))
 }

@@ -2,11 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::workshop::{Ran, Workshop, keys, scenario};
-
-/// Neither of these is reached with a wrong input: there is no adapter.
-const NO_ADAPTER: [(&str, &str); 3] =
-    [("VK_DRIVER_FILES", "/nonexistent"), ("VK_ICD_FILENAMES", "/nonexistent"), ("WGPU_BACKEND", "noop")];
+use super::workshop::{NO_ADAPTER, Ran, Workshop, keys, scenario};
 
 /// A call that is refused before it needs an adapter, and leaves the folder as it was.
 #[track_caller]
@@ -64,10 +60,6 @@ fn arguments_are_named() {
     assert_eq!(robust["file"], "--perception robust");
     assert!(robust["message"].as_str().expect("words").contains("not in this version"), "{robust}");
     assert!(robust["help"].as_str().expect("words").contains("\"paper\", \"truth\""), "{robust}");
-
-    let cpu = said(&["--renderer", "cpu"]);
-    assert_eq!((&cpu["file"], &cpu["message"]), (&json!("--renderer cpu"), &json!("this version has no CPU renderer")));
-    assert!(cpu["help"].as_str().expect("words").contains("--renderer wgpu"), "{cpu}");
 
     let set = said(&["--set", "duct.run[3].straight_m=1"]);
     assert_eq!((&set["file"], &set["line"], &set["column"]), (&json!("--set duct.run[3].straight_m=1"), &json!(1), &json!(9)));

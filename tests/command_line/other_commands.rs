@@ -1,59 +1,10 @@
-//! `render`, `check`, `schema`, `bench`.
+//! `check`, `schema`, `bench`.
 
 use std::fs;
 
 use serde_json::{Value, json};
 
-use super::workshop::{Workshop, keys, scenario};
-
-#[test]
-fn render_writes_the_picture_and_the_truth() {
-    let workshop = Workshop::new();
-    let ran = workshop.run(&["render", "short.toml", "--at-s", "1.01", "--out", "deep/frame.png", "--json"]).expect(0);
-    let picture = image::open(workshop.path("deep/frame.png")).expect("a picture").into_luma8();
-    assert_eq!(picture.dimensions(), (640, 480));
-    let (least, most) = picture.pixels().fold((255, 0), |(least, most), p| (p.0[0].min(least), p.0[0].max(most)));
-    // Black level 8; stripes stand well above it.
-    assert!(most > 60 && least < 20, "laser stripes on dim walls: {least} to {most}");
-
-    let truth: Value = serde_json::from_str(&workshop.read("deep/frame.json")).expect("JSON");
-    assert_eq!(truth, ran.json());
-    // 30 frames a second: the first at or after 1.01 s is number 31.
-    assert_eq!((&truth["frame"], &truth["tick"]), (&json!(31), &json!(31 * 40)));
-    let distance_m = truth["truth"]["distance_m"].as_f64().expect("a number");
-    // From 0.5 m at no more than 0.3 m/s, after a start from rest.
-    assert!(distance_m > 0.55 && distance_m < 0.5 + 0.3 * 1.04, "{distance_m}");
-    assert_eq!(workshop.names("deep"), ["frame.json", "frame.png"]);
-    assert!(!workshop.path("out").exists());
-
-    // The first frame shows the start. Lines, where asked for, are drawn in colour.
-    workshop.run(&["render", "short.toml", "--at-s", "0", "--out", "lines.png", "--lines"]).expect(0);
-    let lines = image::open(workshop.path("lines.png")).expect("a picture").into_rgb8();
-    assert!(lines.pixels().any(|p| p.0[0] != p.0[1] || p.0[1] != p.0[2]));
-    let start: Value = serde_json::from_str(&workshop.read("lines.json")).expect("JSON");
-    assert_eq!((&start["time_s"], &start["truth"]["speed_m_s"]), (&json!(0.0), &json!(0.0)));
-}
-
-#[test]
-fn render_refuses_what_it_cannot_do() {
-    let workshop = Workshop::new();
-    workshop.write("file", "in the way");
-    workshop.write("several/a.toml", scenario("a", 1.6));
-    workshop.write("several/b.toml", scenario("b", 1.6));
-    let cases: &[(&[&str], &[&str])] = &[
-        // Past the end of the run, and past the longest that it may take.
-        (&["short.toml", "--at-s", "50"], &["--at-s", "finished", "before 50 s"]),
-        (&["short.toml", "--at-s", "1e300"], &["--at-s: this is later", "60 s at the latest"]),
-        (&["short.toml", "--at-s", "1", "--out", "frame.jpg"], &["frame.jpg", ".png"]),
-        (&["short.toml", "--at-s", "1", "--out", "file/frame.png"], &["--out file/frame.png", "not a folder"]),
-        (&["several", "--at-s", "1"], &["several", "one scenario"]),
-    ];
-    for (args, words) in cases {
-        let args: Vec<_> = ["render"].iter().chain(*args).copied().collect();
-        workshop.run(&args).expect(2).saying(words);
-    }
-    assert!(!workshop.path("frame.png").exists() && !workshop.path("frame.json").exists());
-}
+use super::workshop::{NO_ADAPTER, Workshop, keys};
 
 #[test]
 fn check_says_what_a_file_holds_and_runs_nothing() {
@@ -88,14 +39,26 @@ fn the_schema_is_json_and_knows_the_fields() {
 fn bench_measures_every_part_that_is_there() {
     let workshop = Workshop::new();
     let document = workshop.run(&["bench", "--frames", "10", "--json"]).expect(0).json();
-    assert_eq!(
-        keys(&document)[..7],
-        ["frame_px", "threads", "render_ms", "perceive_ms", "physics_steps_per_s", "real_time_factor", "host"]
-    );
+    let agreed = ["frame_px", "threads", "render_ms", "perceive_ms", "physics_steps_per_s", "real_time_factor", "host"];
+    assert_eq!(keys(&document)[..7], agreed);
+    assert_eq!(keys(&document)[7..], ["adapter", "render_full_ms", "render_threads_ms"]);
     assert_eq!(document["frame_px"], json!([640, 480]));
     let measured = |value: &Value| value.as_f64().is_some_and(|value| value > 0.0);
-    assert!(measured(&document["render_ms"]["wgpu"]) && document["render_ms"]["cpu"].is_null(), "{document}");
+    for pair in ["render_ms", "render_full_ms", "real_time_factor"] {
+        assert!(measured(&document[pair]["cpu"]) && measured(&document[pair]["wgpu"]), "{pair}: {document}");
+    }
+    let threads = &document["render_threads_ms"];
+    assert!(measured(&threads["cpu"]) && measured(&threads["cpu_full"]), "{document}");
     assert!(measured(&document["perceive_ms"]["paper"]) && document["perceive_ms"]["robust"].is_null(), "{document}");
-    assert!(measured(&document["physics_steps_per_s"]) && measured(&document["real_time_factor"]["wgpu"]), "{document}");
+    assert!(measured(&document["physics_steps_per_s"]), "{document}");
     assert_eq!(fs::read_dir(workshop.path(".")).expect("a folder").flatten().filter(|e| e.file_name() == "out").count(), 0);
+
+    // Without an adapter the rest is measured all the same.
+    let ran = workshop.run_with(&NO_ADAPTER, &["bench", "--frames", "10", "--threads", "1", "--json"]).expect(0);
+    let document = ran.json();
+    assert!(measured(&document["render_ms"]["cpu"]) && measured(&document["real_time_factor"]["cpu"]), "{document}");
+    for pair in ["render_ms", "render_full_ms", "real_time_factor"] {
+        assert!(document[pair]["wgpu"].is_null(), "{pair}: {document}");
+    }
+    assert_eq!((&document["adapter"], &document["threads"]), (&Value::Null, &json!(1)));
 }

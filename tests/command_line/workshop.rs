@@ -12,6 +12,11 @@ use serde_json::Value;
 /// No call of these tests takes longer than a few seconds; one that does hangs.
 const PATIENCE: Duration = Duration::from_secs(120);
 
+/// As on a machine without a graphics adapter: neither name of the variable finds a driver, and a backend that is not built in
+/// keeps out whatever else there is.
+pub(crate) const NO_ADAPTER: [(&str, &str); 3] =
+    [("VK_DRIVER_FILES", "/nonexistent"), ("VK_ICD_FILENAMES", "/nonexistent"), ("WGPU_BACKEND", "noop")];
+
 /// A folder that goes when it is dropped.
 pub(crate) struct Workshop(tempfile::TempDir);
 

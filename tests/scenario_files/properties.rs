@@ -92,6 +92,7 @@ fn each_field_has_a_place_of_its_own() {
         "name",
         "about",
         "preset",
+        "fan_profile",
         "offset_m",
         "source_in_camera_m",
         "pipeline",

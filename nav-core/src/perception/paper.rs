@@ -41,7 +41,7 @@ pub enum PlaneFit {
 /// Parameters of the pipeline.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PaperParams {
-    /// How far above the background a stripe's pixel must stand, in DN.
+    /// How far above the background a stripe's pixel must stand, in DN of 8 bits.
     pub threshold_dn: f64,
     /// Depth of the nearest wall that stripes are sought on, in metres: they are thickest there, and the windows that a pixel's
     /// background is taken from must lie beyond that thickness.
@@ -183,8 +183,9 @@ impl PaperPerception {
     fn find_points(&mut self, frame: &Frame<'_>) {
         let params = &self.params;
         self.grey.load(frame, self.across);
+        let threshold_dn = params.threshold_dn * frame.dn_per_dn8();
         let local = LocalThreshold {
-            above_background_dn: params.threshold_dn as u16,
+            above_background_dn: threshold_dn as u16,
             gap_px: self.gap_px,
             window_px: params.background_window_px,
         };
@@ -196,7 +197,7 @@ impl PaperPerception {
         thinning::thin(
             &self.binary,
             &self.grey,
-            params.threshold_dn,
+            threshold_dn,
             &self.expected,
             ThicknessLimits { min_ratio, max_ratio },
             &mut self.starts,

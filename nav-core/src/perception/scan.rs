@@ -99,7 +99,7 @@ mod tests {
     #[test]
     fn a_transposed_image_has_its_pixels_where_its_coordinates_say() {
         let pixels: Vec<u8> = (0..20 * 18).map(|i| (i % 251) as u8).collect();
-        let frame = Frame { width_px: 20, height_px: 18, pixels: Pixels::Grey8(&pixels) };
+        let frame = Frame::grey8(20, 18, &pixels);
         for across in [Across::V, Across::U] {
             let mut image = ScanImage::default();
             image.load(&frame, across);

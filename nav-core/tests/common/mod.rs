@@ -18,7 +18,13 @@ pub(crate) fn wide() -> Rig {
         }
     };
     Rig {
-        camera: Camera { width_px: 640, height_px: 480, focal_px: [378.4; 2], centre_px: [319.5, 239.5], distortion: Distortion::NONE },
+        camera: Camera {
+            width_px: 640,
+            height_px: 480,
+            focal_px: [378.4; 2],
+            centre_px: [319.5, 239.5],
+            distortion: Distortion::NONE,
+        },
         mount: Mount { position_in_base_m: Point3::new(0.12, 0.0, 0.10), roll_rad: 0.0, rest: MountAngles::default() },
         lasers: vec![laser("low", [-0.029838, 0.994594, 0.099459], 0.06), laser("high", [-0.029610, -0.987007, 0.157921], -0.06)],
         line: LineWidth { width_m: 0.002, growth_rad: 0.004 },

@@ -2,7 +2,10 @@
 #![allow(dead_code, unreachable_pub)] // each binary that includes this uses its own part
 #![allow(clippy::unwrap_used)] // only tests, benchmarks and examples include it
 
+pub mod scenes;
+
 use std::f64::consts::PI;
+#[cfg(feature = "wgpu")]
 use std::sync::OnceLock;
 
 use ductloop_duct::cell::SurfaceId;
@@ -10,13 +13,17 @@ use ductloop_duct::fitting::{Fitting, Shape};
 use ductloop_duct::network::{End, Network};
 use ductloop_nav::rig::{Camera, Distortion, Laser, LineWidth, Mount, MountAngles, Rig};
 use ductloop_sensor::Transform;
+#[cfg(feature = "wgpu")]
 use ductloop_sensor::gpu::Gpu;
 use ductloop_sensor::optics::Optics;
-use ductloop_sensor::renderer::{MAX_LASERS, Motion, RenderError, Renderer, View};
+#[cfg(feature = "wgpu")]
+use ductloop_sensor::renderer::RenderError;
+use ductloop_sensor::renderer::{MAX_LASERS, Motion, Renderer, View};
 use ductloop_sensor::surface::Look;
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
 /// The device, opened once. `None` only where there is no adapter and the environment says that this is all right.
+#[cfg(feature = "wgpu")]
 pub fn gpu() -> Option<&'static Gpu> {
     static GPU: OnceLock<Option<Gpu>> = OnceLock::new();
     GPU.get_or_init(|| match Gpu::open() {

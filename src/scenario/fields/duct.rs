@@ -58,7 +58,24 @@ pub(super) const FIELDS: &[Field] = &[
         .about("What this fitting is made of, by the surface's name."),
     Field::of_element("surface.*.albedo", Kind::Number { min: 0.01, max: 1.0 })
         .required("0.5")
-        .about("Share of the light that the surface scatters."),
+        .about("Share of the light that the surface scatters evenly: dust, paint, oxide."),
+    Field::of_element("surface.*.specular", Kind::Number { min: 0.0, max: 1.0 }).default("0.0").about(
+        "Share of the light that it mirrors when met squarely, spread by its roughness; metal 0.5 to 0.9, paint and grease 0.04.",
+    ),
+    Field::of_element("surface.*.roughness", Kind::Number { min: 0.005, max: 1.0 })
+        .default("0.3")
+        .about("Roughness alpha of the GGX distribution: 0.01 a mirror, 0.5 a dull sheen."),
+    Field::of_element("surface.*.spangle", Kind::Number { min: 0.0, max: 0.5 })
+        .default("0.0")
+        .about("Spangle of galvanising: standard deviation of the albedo over its mean."),
+    Field::of_element("surface.*.spangle_mm", Kind::Number { min: 1.0, max: 1000.0 })
+        .unit("mm")
+        .default("10.0")
+        .about("Size of a spangle."),
+    Field::of_element("surface.*.seam_mm", Kind::Number { min: 0.0, max: 50.0 })
+        .unit("mm")
+        .default("0.0")
+        .about("Width of the dark seam where sheets are joined; 0 for none."),
     Field::of_element("surface.*.friction", Kind::Number { min: 0.01, max: 2.0 })
         .required("0.7")
         .about("Coefficient of friction between wheel and surface."),

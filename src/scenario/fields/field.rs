@@ -32,6 +32,17 @@ pub enum Kind {
         /// Largest.
         max: f64,
     },
+    /// A finite number, or this word.
+    NumberOr {
+        /// Smallest.
+        min: f64,
+        /// Largest.
+        max: f64,
+        /// The word.
+        word: &'static str,
+    },
+    /// One of these whole numbers.
+    Choice(&'static [i64]),
     /// A whole number.
     Integer {
         /// Smallest.
@@ -99,6 +110,22 @@ pub(in crate::scenario) enum Slot {
     /// Not in the resolved scenario; a resolved file holds this TOML.
     Fixed(&'static str),
     Number(fn(&mut Scenario) -> &mut f64, Scale),
+    /// `None` is the word.
+    NumberOr(fn(&mut Scenario) -> &mut Option<f64>, Scale),
+    /// A part that is not always there.
+    Part {
+        get: fn(&Scenario) -> Option<f64>,
+        set: fn(&mut Scenario, f64),
+    },
+    /// Numbers that do not lie side by side.
+    Values {
+        get: fn(&Scenario) -> Vec<f64>,
+        set: fn(&mut Scenario, &[f64]),
+    },
+    Choice {
+        get: fn(&Scenario) -> i64,
+        set: fn(&mut Scenario, i64),
+    },
     Numbers(fn(&mut Scenario) -> &mut [f64], Scale),
     List(fn(&mut Scenario) -> &mut Vec<f64>, Scale),
     Usize(fn(&mut Scenario) -> &mut usize),
@@ -175,6 +202,7 @@ impl Field {
         self.unit = unit;
         self.slot = match self.slot {
             Slot::Number(at, _) => Slot::Number(at, scale),
+            Slot::NumberOr(at, _) => Slot::NumberOr(at, scale),
             Slot::Numbers(at, _) => Slot::Numbers(at, scale),
             Slot::List(at, _) => Slot::List(at, scale),
             Slot::Criterion(metric, _) => Slot::Criterion(metric, scale),

@@ -4,12 +4,15 @@
 //! To add a field, add a row to the file of its table; if its value is a plain number, word or flag of the resolved
 //! [`Scenario`](super::Scenario), nothing else is needed.
 
+mod camera;
 mod course;
 mod duct;
 mod fault;
 mod field;
 mod general;
+mod imager;
 mod koh_cho;
+mod lasers;
 mod navigator;
 mod paper;
 mod pass;
@@ -54,6 +57,9 @@ pub fn tables() -> impl Iterator<Item = &'static TableRow> {
         general::TABLES,
         robot::TABLES,
         sensor::TABLES,
+        camera::TABLES,
+        lasers::TABLES,
+        imager::TABLES,
         navigator::TABLES,
         paper::TABLES,
         koh_cho::TABLES,
@@ -72,6 +78,9 @@ pub fn fields() -> impl Iterator<Item = &'static Field> {
         general::FIELDS,
         robot::FIELDS,
         sensor::FIELDS,
+        camera::FIELDS,
+        lasers::FIELDS,
+        imager::FIELDS,
         navigator::FIELDS,
         paper::FIELDS,
         koh_cho::FIELDS,

@@ -1,0 +1,97 @@
+//! The CPU renderer's images are the same to the bit whatever the number of threads, the optimisation, the processor that the program is
+//! compiled for, and the one that it runs on.
+//!
+//! A hash that changes here changes every run's hash: the table is to be renewed only with a change to the model that means to
+//! (`cargo run --release -p ductloop-sensor --no-default-features --example image_hash`).
+
+#[path = "../examples/image_hash.rs"]
+mod image_hash;
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// FNV-1a of each image.
+const GOLDEN: [(&str, u64); 11] = [
+    ("plain", 0x0888_098d_ae37_b111),
+    ("zinc", 0x1e8e_be18_17b8_0632),
+    ("portrait", 0x1f94_d851_3b6c_81c0),
+    ("boxes", 0x4656_0dc4_afea_9cde),
+    ("bent", 0x1f64_c8c6_c77c_f004),
+    ("joints", 0x56da_8e66_5b6d_3b4d),
+    ("moving", 0x3731_2a7f_6e1d_b0f6),
+    ("raw", 0xc0d1_52bd_aa18_ad38),
+    ("unfocused", 0x97e8_7e6e_8de2_6006),
+    ("mirrors", 0xcd9b_ae64_c177_ea98),
+    ("bare", 0x10f0_0921_e746_6e16),
+];
+
+fn golden(names: &[&str]) -> String {
+    let asked = |name: &str| names.is_empty() || names.contains(&name);
+    GOLDEN.iter().filter(|(name, _)| asked(name)).map(|(name, hash)| format!("{name} {hash:016x}\n")).collect()
+}
+
+/// What the example prints when it is built with these further arguments and flags for the compiler.
+fn build(folder: &str, arguments: &[&str], flags: &str) -> PathBuf {
+    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).join(folder);
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.args(["build", "--offline", "--quiet", "--no-default-features", "--example", "image_hash"]).args(arguments);
+    cargo.current_dir(env!("CARGO_MANIFEST_DIR")).env("CARGO_TARGET_DIR", &target);
+    // Flags of whoever runs the tests are not meant for this build.
+    cargo.env_remove("CARGO_ENCODED_RUSTFLAGS").env("RUSTFLAGS", flags);
+    let status = cargo.status().expect("cargo runs");
+    assert!(status.success(), "the example could not be built ({status})");
+    let profile = if arguments.contains(&"--release") { "release" } else { "debug" };
+    target.join(profile).join("examples/image_hash")
+}
+
+fn printed(command: &mut Command) -> String {
+    let output = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    assert!(output.status.success(), "{command:?}: {}\n{}", output.status, String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("names and digits")
+}
+
+#[test]
+fn images_are_those_of_the_table_on_any_number_of_threads() {
+    let pictures = image_hash::pictures();
+    for threads in 1..=3 {
+        let found: String = pictures.iter().map(|p| format!("{} {:016x}\n", p.name, p.hash(threads))).collect();
+        assert_eq!(found, golden(&[]), "{threads} threads");
+    }
+}
+
+#[test]
+fn images_do_not_depend_on_the_optimisation() {
+    let example = build("bits-unoptimised", &["--config", "profile.dev.opt-level=0", "--config", "profile.dev.debug=false"], "");
+    assert_eq!(printed(&mut Command::new(example)), golden(&[]));
+}
+
+#[test]
+fn images_do_not_depend_on_the_processor_compiled_for() {
+    let example = build("bits-native", &["--release"], "-C target-cpu=native");
+    assert_eq!(printed(&mut Command::new(example)), golden(&[]));
+}
+
+/// The program as it is delivered, for any x86-64 processor, on an old one without AVX (2008) and on one with AVX2 (2013).
+#[test]
+fn images_do_not_depend_on_the_processor_run_on() {
+    if !cfg!(all(target_arch = "x86_64", target_os = "linux")) {
+        println!("skipped: qemu-user runs Linux programs");
+        return;
+    }
+    let qemu = "qemu-x86_64";
+    if let Err(error) = Command::new(qemu).arg("--version").output() {
+        let allowed = std::env::var_os("DUCTLOOP_ALLOW_NO_QEMU").is_some();
+        assert!(
+            allowed,
+            "{qemu}: {error}; on Debian or Ubuntu `apt-get install qemu-user` installs it, DUCTLOOP_ALLOW_NO_QEMU=1 does without"
+        );
+        println!("skipped: {qemu}: {error}");
+        return;
+    }
+    let example = build("bits-release", &["--release"], "");
+    // Vector instructions are slow in emulation: some images must do for the newer one.
+    for (processor, names) in [("Nehalem", &[][..]), ("Haswell", &["boxes", "joints", "raw"])] {
+        let found = printed(Command::new(qemu).args(["-cpu", processor]).arg(&example).args(names));
+        assert_eq!(found, golden(names), "{processor}");
+    }
+}

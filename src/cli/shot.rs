@@ -1,0 +1,137 @@
+//! What is rendered by `ductloop render`: moments of a run, or a camera that somebody put somewhere.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use ductloop::closed_loop::run_with;
+use ductloop::record::{EndState, FrameRecord};
+use ductloop::viewpoint::still;
+use ductloop::{Pilot, Scenario};
+use ductloop_nav::perception::StripeLine;
+use ductloop_nav::rig::{Mount, MountAngles};
+use ductloop_sensor::renderer::View;
+use nalgebra::Point3;
+use serde_json::{Value, json};
+
+use super::interrupt;
+use super::problem::Problem;
+use super::rendering::Rendering;
+
+/// A frame to render.
+pub(crate) struct Shot {
+    /// What the camera is to see.
+    pub(crate) view: View,
+    /// What to write below it on a contact sheet.
+    pub(crate) label: String,
+    /// Where camera and robot are, and what the navigator made of the frame.
+    pub(crate) document: Value,
+    /// The lines that the navigator found in the frame; only of the last of several.
+    pub(crate) lines: Vec<StripeLine>,
+}
+
+/// Runs the loop up to the last of `times_s`; `None` if it was interrupted. `file` is the scenario's.
+///
+/// # Errors
+/// A run that ends before, or cannot go on.
+pub(crate) fn of_run(
+    scenario: &Scenario,
+    rendering: &Rendering,
+    times_s: &[f64],
+    file: &Path,
+) -> Result<Option<Vec<Shot>>, Problem> {
+    let cannot_go_on =
+        |error: &dyn std::fmt::Display| Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(file.display().to_string());
+    let threads = rendering.threads;
+    let mut renderer = rendering.engine.renderer(scenario, threads.rendering()).map_err(|error| cannot_go_on(&error))?;
+    let mut times_s = times_s.to_vec();
+    times_s.sort_by(f64::total_cmp);
+    let mut left = times_s.iter().copied().peekable();
+    let mut shots = Vec::new();
+    let run = run_with(scenario, Pilot::of(scenario), renderer.as_mut(), threads.pace(), |record, _| {
+        if interrupt::requested() {
+            return ControlFlow::Break(());
+        }
+        // Ticks are whole, seconds are rounded.
+        let is_due = |time_s: &f64| record.time_s + 1e-9 >= *time_s;
+        if left.next_if(is_due).is_some() {
+            shots.push(of_record(scenario, record));
+        }
+        // Two times within one frame are one picture.
+        while left.next_if(is_due).is_some() {}
+        if left.peek().is_none() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })
+    .map_err(|failure| cannot_go_on(&failure))?;
+    if let Some(time_s) = left.next() {
+        if run.end == EndState::BrokenOff {
+            return Ok(None);
+        }
+        let message = format!("the run ends at {:.3} s ({}), before {time_s} s", run.sim_time_s, run.end.word());
+        return Err(Problem::new(Problem::WRONG_INPUT, message).about("--at-s"));
+    }
+    if let (Some(shot), Some(key)) = (shots.last_mut(), run.key_frames.spread().last()) {
+        shot.lines.clone_from(&key.lines);
+    }
+    Ok(Some(shots))
+}
+
+/// A camera at `pose`: x, y, z in metres, then yaw, pitch and roll in degrees.
+///
+/// # Errors
+/// Where these are not six numbers.
+pub(crate) fn of_pose(scenario: &Scenario, pose: &[f64]) -> Result<Shot, Problem> {
+    let &[x_m, y_m, z_m, yaw_deg, pitch_deg, roll_deg] = pose else {
+        let message = format!("six numbers are needed, not {}: X,Y,Z in metres, YAW,PITCH,ROLL in degrees", pose.len());
+        return Err(Problem::new(Problem::WRONG_INPUT, message).about("--pose").help("as in `--pose 2,0,0.15,0,0,0`"));
+    };
+    // A mount that stands still in the world: its pan is the yaw, its tilt the pitch.
+    let stand = Mount {
+        position_in_base_m: Point3::new(x_m, y_m, z_m),
+        roll_rad: roll_deg.to_radians(),
+        rest: MountAngles { pan_rad: yaw_deg.to_radians(), tilt_rad: pitch_deg.to_radians() },
+    };
+    let view = still(stand.base_from_camera(stand.rest), scenario.first_exposure_s());
+    let document = json!({"format": 1, "scenario": scenario.name, "seed": scenario.seed, "camera": camera(&view)});
+    Ok(Shot { view, label: String::new(), document, lines: Vec::new() })
+}
+
+/// Pose of the camera and how it exposes.
+fn camera(view: &View) -> Value {
+    let pose = &view.world_from_camera;
+    json!({
+        "position_m": pose.translation.vector.as_slice(),
+        "rotation_xyzw": pose.rotation.coords.as_slice(),
+        "exposure_s": view.exposure_s,
+        "laser_power": view.laser_power,
+    })
+}
+
+/// A frame of a run: what was the case at its exposure, and what the navigator made of it.
+fn of_record(scenario: &Scenario, record: &FrameRecord) -> Shot {
+    let position = record.truth.world_from_base.translation.vector;
+    let rotation = record.truth.world_from_base.rotation.coords;
+    let document = json!({
+        "format": 1,
+        "scenario": scenario.name,
+        "seed": scenario.seed,
+        "frame": record.frame,
+        "tick": record.tick,
+        "time_s": record.time_s,
+        "truth": {
+            "position_m": position.as_slice(),
+            "rotation_xyzw": rotation.as_slice(),
+            "distance_m": record.truth.distance_m,
+            "lateral_m": record.truth.lateral_m,
+            "heading_rad": record.truth.heading_rad,
+            "clearance_m": record.truth.clearance_m,
+            "speed_m_s": record.truth.speed_m_s,
+        },
+        "camera": camera(&record.view),
+        "mount": {"pan_rad": record.mount.pan_rad, "tilt_rad": record.mount.tilt_rad},
+        "estimate": {
+            "lateral_m": record.measurement.lateral_m,
+            "heading_rad": record.measurement.heading_rad,
+            "width_m": record.measurement.width_m,
+        },
+    });
+    Shot { view: record.view.clone(), label: format!("{:.3} s", record.time_s), document, lines: Vec::new() }
+}

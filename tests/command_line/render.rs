@@ -1,0 +1,138 @@
+//! `render`: the picture, and the truth beside it.
+
+use serde_json::{Value, json};
+
+use super::workshop::{Workshop, keys, scenario};
+
+#[test]
+fn render_writes_the_picture_and_the_truth() {
+    let workshop = Workshop::new();
+    let ran = workshop.run(&["render", "short.toml", "--at-s", "1.01", "--out", "deep/frame.png", "--json"]).expect(0);
+    let picture = image::open(workshop.path("deep/frame.png")).expect("a picture").into_luma8();
+    assert_eq!(picture.dimensions(), (640, 480));
+    let (least, most) = picture.pixels().fold((255, 0), |(least, most), p| (p.0[0].min(least), p.0[0].max(most)));
+    // Black level 8; stripes stand well above it: the nearest walls are 35 degrees off the axis, where cos^4 leaves 0.45 of their light.
+    assert!(most > 40 && least < 20, "laser stripes on dim walls: {least} to {most}");
+
+    let truth: Value = serde_json::from_str(&workshop.read("deep/frame.json")).expect("JSON");
+    assert_eq!(truth, ran.json());
+    // 30 frames a second: the first at or after 1.01 s is number 31.
+    assert_eq!((&truth["frame"], &truth["tick"]), (&json!(31), &json!(31 * 40)));
+    let distance_m = truth["truth"]["distance_m"].as_f64().expect("a number");
+    // From 0.5 m at no more than 0.3 m/s, after a start from rest.
+    assert!(distance_m > 0.55 && distance_m < 0.5 + 0.3 * 1.04, "{distance_m}");
+    assert_eq!(workshop.names("deep"), ["frame.json", "frame.png"]);
+    assert!(!workshop.path("out").exists());
+
+    // The first frame shows the start. Lines, where asked for, are drawn in colour.
+    workshop.run(&["render", "short.toml", "--at-s", "0", "--out", "lines.png", "--lines"]).expect(0);
+    let lines = image::open(workshop.path("lines.png")).expect("a picture").into_rgb8();
+    assert!(lines.pixels().any(|p| p.0[0] != p.0[1] || p.0[1] != p.0[2]));
+    let start: Value = serde_json::from_str(&workshop.read("lines.json")).expect("JSON");
+    assert_eq!((&start["time_s"], &start["truth"]["speed_m_s"]), (&json!(0.0), &json!(0.0)));
+}
+
+#[test]
+fn render_refuses_what_it_cannot_do() {
+    let workshop = Workshop::new();
+    workshop.write("file", "in the way");
+    workshop.write("several/a.toml", scenario("a", 1.6));
+    workshop.write("several/b.toml", scenario("b", 1.6));
+    let cases: &[(&[&str], &[&str])] = &[
+        // Past the end of the run, and past the longest that it may take.
+        (&["short.toml", "--at-s", "50"], &["--at-s", "finished", "before 50 s"]),
+        (&["short.toml", "--at-s", "1e300"], &["--at-s: this is later", "60 s at the latest"]),
+        (&["short.toml", "--at-s", "1", "--out", "frame.jpg"], &["frame.jpg", ".png"]),
+        (&["short.toml", "--at-s", "1", "--out", "file/frame.png"], &["--out file/frame.png", "not a folder"]),
+        (&["several", "--at-s", "1"], &["several", "one scenario"]),
+        (&["short.toml", "--at-s", "0,1", "--truth"], &["--truth", "2 times"]),
+        (&["short.toml", "--at-s", "0,1", "--lines"], &["--lines", "2 times"]),
+        (&["short.toml", "--at-s", "0", "--bits", "9"], &["--bits", "8, 10 or 12"]),
+        (&["short.toml", "--at-s", "0", "--pose", "1,0,0.1,0,0,0"], &["--at-s", "--pose"]),
+        (&["short.toml"], &["--at-s"]),
+    ];
+    for (args, words) in cases {
+        let args: Vec<_> = ["render"].iter().chain(*args).copied().collect();
+        workshop.run(&args).expect(2).saying(words);
+    }
+    assert!(!workshop.path("frame.png").exists() && !workshop.path("frame.json").exists());
+}
+
+/// What is asked for changes the picture, not the run.
+#[test]
+fn noise_and_bits_are_chosen_for_the_picture_alone() {
+    let workshop = Workshop::new();
+    let open = |name: &str| image::open(workshop.path(name)).expect("a picture");
+    let document = |args: &[&str]| {
+        let args = [&["render", "short.toml", "--at-s", "0.5", "--json", "--renderer", "cpu"], args].concat();
+        workshop.run(&args).expect(0).json()
+    };
+    let plain = document(&["--out", "plain.png"]);
+    assert_eq!(document(&["--out", "clean.png", "--no-noise"]), plain);
+    assert_eq!(document(&["--out", "deep.png", "--no-noise", "--bits", "12"]), plain);
+    let (noisy, clean) = (open("plain.png").into_luma8(), open("clean.png").into_luma8());
+    assert_ne!(noisy, clean);
+    let deep = open("deep.png");
+    assert_eq!(deep.color(), image::ColorType::L16);
+    for (deep, clean) in deep.into_luma16().pixels().zip(clean.pixels()) {
+        // The same light in 4095/255 times finer steps: half a step of the coarse ones, and half a fine one.
+        let apart = f64::from(deep.0[0]) * 255.0 / 4095.0 - f64::from(clean.0[0]);
+        assert!(apart.abs() <= 0.5 + 0.5 * 255.0 / 4095.0 + 1e-9, "{deep:?} {clean:?}");
+    }
+}
+
+#[test]
+fn several_times_make_a_contact_sheet() {
+    let workshop = Workshop::new();
+    workshop.run(&["render", "short.toml", "--at-s", "1,0,0.5", "--out", "sheet.png"]).expect(0);
+    let sheet = image::open(workshop.path("sheet.png")).expect("a picture").into_rgb8();
+    // Four places of half the frame's size, words and space between them.
+    let (width, height) = sheet.dimensions();
+    assert!((640..700).contains(&width) && (480..540).contains(&height), "{width} x {height}");
+    let document: Value = serde_json::from_str(&workshop.read("sheet.json")).expect("JSON");
+    let frames = document["frames"].as_array().expect("a list");
+    assert_eq!(frames.iter().map(|frame| &frame["frame"]).collect::<Vec<_>>(), [&json!(0), &json!(15), &json!(30)]);
+}
+
+#[test]
+fn the_truth_stands_beside_the_picture() {
+    let workshop = Workshop::new();
+    workshop.run(&["render", "short.toml", "--at-s", "0", "--out", "a.png", "--truth", "--no-noise"]).expect(0);
+    let names = ["a.centres.parquet", "a.depth.npy", "a.json", "a.normal.npy", "a.png", "a.surface.npy", "a.truth.png"];
+    assert_eq!(workshop.names(".").iter().filter(|name| name.starts_with("a.")).collect::<Vec<_>>(), names);
+    let files = workshop.files(".");
+    let depth = &files["a.depth.npy"];
+    assert_eq!(depth.len(), 128 + 4 * 640 * 480);
+    // Straight ahead from 0.62 m the end is 0.98 m away, and open.
+    let at = |file: &str, pixel: usize| f32::from_le_bytes(files[file][128 + 4 * pixel..][..4].try_into().expect("four bytes"));
+    assert_eq!(at("a.depth.npy", 240 * 640 + 320), f32::INFINITY);
+    // The right-hand wall is 0.25 m away: at the right edge x/z = 319.5 / 378.4, and its normal points to the left.
+    let edge = 240 * 640 + 639;
+    assert!((at("a.depth.npy", edge) - 0.25 * 378.4 / 319.5).abs() < 1e-4, "{}", at("a.depth.npy", edge));
+    assert!((at("a.normal.npy", 3 * edge) + 1.0).abs() < 1e-6);
+    assert!(files["a.centres.parquet"].ends_with(b"PAR1"));
+    let picture = image::open(workshop.path("a.truth.png")).expect("a picture").into_rgb8();
+    assert!(picture.dimensions().0 > 1280 && picture.dimensions().1 > 960);
+    // Both lasers' colours are in the first panel.
+    for colour in [[230, 159, 0], [86, 180, 233]] {
+        let count = picture.enumerate_pixels().filter(|(x, y, p)| *x < 640 && *y > 30 && *y < 500 && p.0 == colour).count();
+        assert!(count > 200, "{colour:?}: {count}");
+    }
+}
+
+#[test]
+fn a_camera_can_be_anywhere_in_the_duct() {
+    let workshop = Workshop::new();
+    let pose = ["render", "short.toml", "--out", "p.png", "--truth", "--pose"];
+    let document = workshop.run(&[&pose[..], &["0.8,0.1,0.15,90,0,0", "--json"]].concat()).expect(0).json();
+    assert_eq!(keys(&document), ["format", "scenario", "seed", "camera"]);
+    assert_eq!(document["camera"]["position_m"], json!([0.8, 0.1, 0.15]));
+    // Yaw is to the left: the left wall, 0.15 m away, squarely.
+    let depth = &workshop.files(".")["p.depth.npy"];
+    let middle = f32::from_le_bytes(depth[128 + 4 * (240 * 640 + 320)..][..4].try_into().expect("four bytes"));
+    assert!((middle - 0.15).abs() < 1e-6, "{middle}");
+    for (pose_text, words) in [("0.8,0.6,0.15,0,0,0", "outside the duct"), ("1,2,3", "six numbers"), ("a,0,0,0,0,0", "a number")]
+    {
+        workshop.run(&[&pose[..], &[pose_text]].concat()).expect(2).saying(&["--pose", words]);
+    }
+}
