@@ -70,8 +70,11 @@ pub(crate) fn pictures() -> Vec<Picture> {
         stripe_peak_dn: 800.0,
         ..plain.clone()
     };
-    let unfocused =
-        Optics { lens: Lens { aperture_m: 2e-3, ..Lens::default() }, ccd: Ccd { bits: Bits::Ten, ..Ccd::default() }, ..rich.clone() };
+    let unfocused = Optics {
+        lens: Lens { aperture_m: 2e-3, ..Lens::default() },
+        ccd: Ccd { bits: Bits::Ten, ..Ccd::default() },
+        ..rich.clone()
+    };
     let bare = Optics {
         noise: false,
         fan_profile: FanProfile::Cylinder,
@@ -115,11 +118,8 @@ impl Picture {
         let Self { rig, network, optics, looks, .. } = self;
         let mut renderer = CpuRenderer::new(network, rig, optics, looks, 3, threads).expect("the picture is sound");
         let pixels = rig.camera.width_px * rig.camera.height_px;
-        let mut image = if optics.ccd.bits == Bits::Eight {
-            Image::Grey8(vec![0_u8; pixels])
-        } else {
-            Image::Grey16(vec![0_u16; pixels])
-        };
+        let mut image =
+            if optics.ccd.bits == Bits::Eight { Image::Grey8(vec![0_u8; pixels]) } else { Image::Grey16(vec![0_u16; pixels]) };
         shoot(&mut |frame, look| {
             let mut view = self.view.clone();
             view.frame += frame;

@@ -156,6 +156,11 @@ fn light_four(at: vec2<u32>) -> Light {
     return Light(min(vec4(a.x, b.x, c.x, d.x), vec4(BRIGHTEST)), vec4(a.y, b.y, c.y, d.y));
 }
 
+fn lasers(column: u32, row: u32) -> Eight {
+    let at = vec2(column, row) + ccd.margin;
+    return Eight(light_four(at).laser, light_four(at + vec2(8u, 0u)).laser);
+}
+
 fn bright_four(at: vec2<u32>) -> vec4<f32> {
     return max(1.0 - vec4(
         textureLoad(shade, at, 0).x,
@@ -221,9 +226,9 @@ fn read_row(mean_e: Eight, column: u32, row: u32) {
 }
 
 // Mean charges of eight columns.
-fn mean_charge(column: u32, row: u32, lasers: Eight, smooth_light: Eight) -> Eight {
+fn mean_charge(column: u32, row: u32, laser_light: Eight, smooth_light: Eight) -> Eight {
     let at = vec2(column, row) + ccd.margin;
-    var laser = lasers;
+    var laser = laser_light;
     let four = (row * ccd.blocks * TILE + column) / 4u;
     if SPECKLED {
         let factor = speckle(column, row);
@@ -270,6 +275,13 @@ fn expose_edges(@builtin(global_invocation_id) id: vec3<u32>) {
     let start = half_tile(id.x);
     let column = start.x;
     let bottom = min(start.y + TILE, ccd.rows);
+    if DEFOCUSED {
+        for (var row = start.y; row < bottom; row++) {
+            let four = (row * ccd.blocks * TILE + column) / 4u;
+            collect(mean_charge(column, row, lasers(column, row), Eight(charge[four], charge[four + 2u])), column, row);
+        }
+        return;
+    }
     var r0 = blurred(column, start.y);
     var r1 = blurred(column, start.y + 1u);
     var r2 = blurred(column, start.y + 2u);
@@ -289,9 +301,7 @@ fn expose_edges(@builtin(global_invocation_id) id: vec3<u32>) {
         r3 = r4;
         r4 = r5;
         r5 = r6;
-        let at = vec2(column, row) + ccd.margin;
-        let lasers = Eight(light_four(at).laser, light_four(at + vec2(8u, 0u)).laser);
-        collect(mean_charge(column, row, lasers, smooth_light), column, row);
+        collect(mean_charge(column, row, lasers(column, row), smooth_light), column, row);
     }
 }
 
@@ -311,11 +321,7 @@ fn expose_smooth(@builtin(global_invocation_id) id: vec3<u32>) {
         let at = vec2(column, row) + ccd.margin;
         let left = light_four(at);
         let right = light_four(at + vec2(8u, 0u));
-        var smooth_light = Eight(left.smooth_light, right.smooth_light);
-        if DEFOCUSED {
-            let four = (row * ccd.blocks * TILE + column) / 4u;
-            smooth_light = Eight(charge[four], charge[four + 2u]);
-        }
+        let smooth_light = Eight(left.smooth_light, right.smooth_light);
         collect(mean_charge(column, row, Eight(left.laser, right.laser), smooth_light), column, row);
     }
 }

@@ -27,7 +27,7 @@ override GLOWING: bool = false;
 const SPACING_PX: f32 = 16.0;
 
 struct Sheet {
-    @builtin(position) @invariant position: vec4<f32>,
+    @builtin(position) position: vec4<f32>,
     @location(0) @interpolate(flat) plane: vec4<f32>,
     @location(1) @interpolate(flat) look: vec4<f32>,
     @location(2) @interpolate(flat) texture_s: vec4<f32>,
@@ -70,25 +70,50 @@ fn smooth_light(in: Sheet, ray: vec3<f32>) -> f32 {
     return min(light, BRIGHTEST);
 }
 
-@fragment
-fn sheet(in: Sheet) -> @location(0) vec2<f32> {
-    return vec2(0.0, smooth_light(in, pixel_ray(in.position).ray));
-}
-
-// Only the depth, for the parts of an exposure: what is hidden must not be added.
-@fragment
-fn depth_only(in: Sheet) {}
-
 struct Patterned {
     @location(0) light: vec2<f32>,
     // 1 - T
     @location(1) shade: f32,
 }
 
+// With a lens that distorts, what is in front of what is not to be had from a triangle's corners.
+struct Bent {
+    @location(0) light: vec2<f32>,
+    @builtin(frag_depth) depth: f32,
+}
+
+struct BentPatterned {
+    @location(0) light: vec2<f32>,
+    @location(1) shade: f32,
+    @builtin(frag_depth) depth: f32,
+}
+
+fn depth_at(in: Sheet, ray: vec3<f32>) -> f32 {
+    return 1e-3 * dot(in.plane.xyz, ray) / in.plane.w;
+}
+
+@fragment
+fn sheet(in: Sheet) -> @location(0) vec2<f32> {
+    return vec2(0.0, smooth_light(in, pixel_ray(in.position).ray));
+}
+
 @fragment
 fn patterned_sheet(in: Sheet) -> Patterned {
     let pixel = pixel_ray(in.position);
     return Patterned(vec2(0.0, smooth_light(in, pixel.ray)), camera.share * (1.0 - pattern(in, pixel)));
+}
+
+@fragment
+fn bent_sheet(in: Sheet) -> Bent {
+    let ray = pixel_ray(in.position).ray;
+    return Bent(vec2(0.0, smooth_light(in, ray)), depth_at(in, ray));
+}
+
+@fragment
+fn bent_patterned_sheet(in: Sheet) -> BentPatterned {
+    let pixel = pixel_ray(in.position);
+    let light = vec2(0.0, smooth_light(in, pixel.ray));
+    return BentPatterned(light, camera.share * (1.0 - pattern(in, pixel)), depth_at(in, pixel.ray));
 }
 
 fn finalise(bits: u32) -> u32 {

@@ -5,7 +5,7 @@
 //!
 //! - [`region`]: pieces of sheets that the camera sees, their spangle and seams; open ends;
 //! - `sightings`: pieces of sheets that the lasers light, seen or not;
-//! - `strips`: where the two meet, and `shadow`: what bodies take away from that;
+//! - `strips`: where the two meet, and `shadow` and `gaps`: what bodies take away from that;
 //! - `ghosts`: stripes by way of a mirror;
 //! - [`glow_patch`]: light that varies slowly, on nodes; of ghosts it is `wide_ghosts`.
 
@@ -27,6 +27,7 @@ use crate::renderer::{MAX_LASERS, RenderError};
 use crate::scenery::{Scenery, Sheet, SheetId};
 use crate::strip::{Blur, Strip};
 
+mod gaps;
 mod ghost_parts;
 mod ghosts;
 pub mod glow_patch;
@@ -40,6 +41,7 @@ mod wide_ghosts;
 pub use glow_patch::{GLOW_SPACING_PX, GlowPatch};
 pub use region::{Region, Seam};
 
+use gaps::Gaps;
 use ghosts::Ghosts;
 use glow_patch::NodeLattice;
 use shadow::Shadows;
@@ -94,6 +96,7 @@ pub struct FrameGeometry {
     blur: Blur,
     pub(crate) beam: Beam,
     shadows: Shadows,
+    gaps: Gaps,
     ghosts: Ghosts,
     wide_ghosts: WideGhosts,
     slow_light: Option<Glow>,
@@ -176,6 +179,7 @@ impl FrameGeometry {
             blur,
             beam: Beam::default(),
             shadows: Shadows::default(),
+            gaps: Gaps::default(),
             ghosts: Ghosts::default(),
             wide_ghosts: WideGhosts::default(),
             points: Vec::new(),
@@ -284,7 +288,7 @@ impl FrameGeometry {
             if frame.laser_power[laser] > 0.0
                 && let Some(cell) = frame.scenery.cell_at(&source_in_world, self.camera_cell)
             {
-                let from = Apex { point: slit.source, cell, bounds: &slit.bounds, range_m: RANGE_M };
+                let from = Apex { point: slit.source, cell, bounds: &slit.bounds, range_m: RANGE_M, wanted: None };
                 self.lit.add(&mut self.beam, frame.scenery, &frame.camera_from_world, &from, laser);
             }
         }

@@ -44,8 +44,8 @@ struct CcdBlock {
 /// The stage.
 #[derive(Debug)]
 pub(crate) struct CcdStage {
-    /// In tiles that hold an edge; none where another stage filters.
-    expose_edges: Option<wgpu::ComputePipeline>,
+    /// Tiles that hold an edge, and all others.
+    expose_edges: wgpu::ComputePipeline,
     expose_smooth: wgpu::ComputePipeline,
     /// The speckle's lattice, where grains are larger than a pixel.
     draw_nodes: Option<wgpu::ComputePipeline>,
@@ -164,7 +164,7 @@ impl CcdStage {
         let module = shader(device, "ccd", &[include_str!("../shaders/ccd.wgsl")]);
         let pipeline = |entry_point| compute(device, &module, &layout, entry_point, &constants);
         Self {
-            expose_edges: (!effects.defocused).then(|| pipeline("expose_edges")),
+            expose_edges: pipeline("expose_edges"),
             expose_smooth: pipeline("expose_smooth"),
             draw_nodes: grainy.then(|| pipeline("draw_nodes")),
             bloom: blooming.then(|| [pipeline("bloom"), pipeline("read_out")]),
@@ -206,7 +206,7 @@ impl CcdStage {
         let [shot_key, speckle_key] = [Stream::Shot, Stream::Speckle].map(|stream| noise::key(self.seed, stream, view.frame));
         let block = CcdBlock {
             stamp,
-            edge_tiles: self.edge_tiles(tiles),
+            edge_tiles: tiles.edged_count as u32,
             shot_key,
             speckle_key,
             exposure_s: view.exposure_s as f32,
@@ -215,11 +215,6 @@ impl CcdStage {
         };
         queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&block));
         queue.write_buffer(&self.tiles, 0, bytemuck::cast_slice(&tiles.order));
-    }
-
-    /// Tiles to which the point spread is still to be applied.
-    fn edge_tiles(&self, tiles: &Tiles) -> u32 {
-        if self.expose_edges.is_some() { tiles.edged_count as u32 } else { 0 }
     }
 
     /// Makes a frame's grey values.
@@ -234,10 +229,10 @@ impl CcdStage {
             run(draw_nodes, [columns.div_ceil(64), rows]);
         }
         // Two threads a tile.
-        let edge_tiles = self.edge_tiles(tiles);
+        let edge_tiles = tiles.edged_count as u32;
         let groups = |tiles: u32| [(2 * tiles).div_ceil(GROUP), 1];
-        if let Some(expose_edges) = self.expose_edges.as_ref().filter(|_| edge_tiles > 0) {
-            run(expose_edges, groups(edge_tiles));
+        if edge_tiles > 0 {
+            run(&self.expose_edges, groups(edge_tiles));
         }
         // At least one group: it leaves the stamp.
         run(&self.expose_smooth, groups((self.block.tiles - edge_tiles).max(1)));

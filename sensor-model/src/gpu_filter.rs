@@ -1,6 +1,8 @@
 //! The stage between light and CCD for a lens that may be out of focus: a point spread as wide as each pixel's depth asks.
 
 use crate::gpu_buffers::{Slot, compute, create, group, group_layout, shader, table};
+use crate::gpu_light::TILE_PX;
+use crate::gpu_tiles::Tiles;
 use crate::lens::Projection;
 use crate::light::PSF_RADIUS;
 use crate::strip::Blur;
@@ -28,7 +30,9 @@ struct FilterBlock {
     focus_1_m: f32,
     first_px: f32,
     per_level: f32,
-    unused: [f32; 3],
+    edge_tiles: u32,
+    tiles_about: u32,
+    unused: u32,
 }
 
 /// The stage.
@@ -37,22 +41,30 @@ pub(crate) struct FilterStage {
     along_rows: wgpu::ComputePipeline,
     along_columns: wgpu::ComputePipeline,
     group: wgpu::BindGroup,
-    columns: u32,
-    rows: u32,
+    block: FilterBlock,
+    params: wgpu::Buffer,
+    /// Tiles that hold an edge, then those and the ones above and below.
+    tiles: wgpu::Buffer,
+}
+
+/// What the stage reads and writes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FilterImages<'a> {
+    pub(crate) light: &'a wgpu::TextureView,
+    pub(crate) depth: &'a wgpu::TextureView,
+    /// Takes a number for each pixel.
+    pub(crate) smoothed: &'a wgpu::Buffer,
 }
 
 impl FilterStage {
-    /// For images of `columns` pixels a row, whole tiles of the CCD's stage; `smoothed` takes a number for each pixel.
-    #[allow(clippy::too_many_arguments)] // called once, with what the other stages are called
+    /// For images of `columns` pixels a row, whole tiles of the CCD's stage.
     pub(crate) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         projection: &Projection,
         blur: &Blur,
         columns: usize,
-        light: &wgpu::TextureView,
-        depth: &wgpu::TextureView,
-        smoothed: &wgpu::Buffer,
+        images: &FilterImages<'_>,
     ) -> Self {
         let rows = projection.camera.height_px;
         let first_px = blur.psf_px2.sqrt();
@@ -67,10 +79,13 @@ impl FilterStage {
             focus_1_m: blur.focus_1_m as f32,
             first_px: first_px as f32,
             per_level: (1.0 / step_px) as f32,
-            unused: [0.0; 3],
+            edge_tiles: 0,
+            tiles_about: 0,
+            unused: 0,
         };
         let params = create(device, "filter", wgpu::BufferUsages::UNIFORM, size_of::<FilterBlock>() as u64);
-        queue.write_buffer(&params, 0, bytemuck::bytes_of(&block));
+        let tile_count = (columns / TILE_PX) * rows.div_ceil(TILE_PX);
+        let tiles = create(device, "filtered tiles", wgpu::BufferUsages::STORAGE, (2 * tile_count * 4) as u64);
         let weights: Vec<f32> = (0..LEVELS).flat_map(|level| taps(first_px + step_px * level as f64)).collect();
         let bytes = (columns * (rows + 2 * RADIUS) * 4) as u64;
         let half_way = create(device, "filtered rows", wgpu::BufferUsages::STORAGE, bytes);
@@ -78,7 +93,7 @@ impl FilterStage {
             device,
             "filter",
             wgpu::ShaderStages::COMPUTE,
-            &[Slot::Uniform, Slot::Image, Slot::Depth, Slot::Storage, Slot::Output, Slot::Output],
+            &[Slot::Uniform, Slot::Image, Slot::Depth, Slot::Storage, Slot::Output, Slot::Output, Slot::Storage],
         );
         let module = shader(device, "filter", &[include_str!("../shaders/filter.wgsl")]);
         let group = group(
@@ -86,30 +101,46 @@ impl FilterStage {
             &layout,
             &[
                 params.as_entire_binding(),
-                wgpu::BindingResource::TextureView(light),
-                wgpu::BindingResource::TextureView(depth),
+                wgpu::BindingResource::TextureView(images.light),
+                wgpu::BindingResource::TextureView(images.depth),
                 table(device, queue, "taps", &weights).as_entire_binding(),
                 half_way.as_entire_binding(),
-                smoothed.as_entire_binding(),
+                images.smoothed.as_entire_binding(),
+                tiles.as_entire_binding(),
             ],
         );
         Self {
             along_rows: compute(device, &module, &layout, "along_rows", &[]),
             along_columns: compute(device, &module, &layout, "along_columns", &[]),
             group,
-            columns: columns as u32,
-            rows: rows as u32,
+            block,
+            params,
+            tiles,
         }
     }
 
+    /// Sends a frame's tiles.
+    pub(crate) fn upload(&self, queue: &wgpu::Queue, tiles: &Tiles) {
+        let edge_tiles = tiles.edged_count as u32;
+        let block = FilterBlock { edge_tiles, tiles_about: tiles.columns_about.len() as u32, ..self.block };
+        queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&block));
+        queue.write_buffer(&self.tiles, 0, bytemuck::cast_slice(&tiles.order[..tiles.edged_count]));
+        let after = u64::from(edge_tiles) * 4;
+        queue.write_buffer(&self.tiles, after, bytemuck::cast_slice(&tiles.columns_about));
+    }
+
     /// Filters a frame.
-    pub(crate) fn run(&self, pass: &mut wgpu::ComputePass<'_>) {
-        /// Workgroup of `filter.wgsl`.
-        const GROUP: [u32; 2] = [16, 4];
+    pub(crate) fn run(&self, pass: &mut wgpu::ComputePass<'_>, tiles: &Tiles) {
+        if tiles.edged_count == 0 {
+            return;
+        }
+        /// Workgroups along the first dimension, as in `filter.wgsl`: a dimension holds 65535.
+        const GROUPS_MAX: u32 = 32_768;
         pass.set_bind_group(0, &self.group, &[]);
-        for (pipeline, rows) in [(&self.along_rows, self.rows + 2 * RADIUS as u32), (&self.along_columns, self.rows)] {
+        for (pipeline, groups) in [(&self.along_rows, tiles.columns_about.len()), (&self.along_columns, tiles.edged_count)] {
+            let groups = groups as u32;
             pass.set_pipeline(pipeline);
-            pass.dispatch_workgroups(self.columns.div_ceil(GROUP[0]), rows.div_ceil(GROUP[1]), 1);
+            pass.dispatch_workgroups(groups.min(GROUPS_MAX), groups.div_ceil(GROUPS_MAX), 1);
         }
     }
 }

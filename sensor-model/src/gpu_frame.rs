@@ -37,7 +37,7 @@ pub(crate) struct FrameData {
 }
 
 impl FrameData {
-    pub(crate) fn new(width_px: usize, height_px: usize) -> Self {
+    pub(crate) fn new(tiles: Tiles) -> Self {
         Self {
             sheets: Mesh::default(),
             strips: Mesh::default(),
@@ -49,7 +49,7 @@ impl FrameData {
             edges: Vec::new(),
             holes: Vec::new(),
             parts: Vec::new(),
-            tiles: Tiles::new(width_px, height_px),
+            tiles,
         }
     }
 

@@ -69,7 +69,12 @@ impl LightPipelines<'_> {
         let module =
             shader(self.device, "sheets", &[include_str!("../shaders/camera.wgsl"), include_str!("../shaders/sheet.wgsl")]);
         let constants = [self.common().as_slice(), &[("GLOWING", flag(self.effects.glowing))]].concat();
-        let fragment = if self.effects.patterned { "patterned_sheet" } else { "sheet" };
+        let fragment = match (self.projection.is_pinhole(), self.effects.patterned) {
+            (true, false) => "sheet",
+            (true, true) => "patterned_sheet",
+            (false, false) => "bent_sheet",
+            (false, true) => "bent_patterned_sheet",
+        };
         let depth = depth_state(wgpu::CompareFunction::Greater, true);
         self.pipeline(&module, ["sheet_corner", fragment], &constants, self.layout, Some(depth), &self.targets(None, true))
     }

@@ -17,11 +17,12 @@ pub(crate) struct Vertex {
 }
 
 /// How much larger than they are polygons are drawn, in pixels, so that no pixel falls between neighbours: twice this is more than
-/// what devices round corners to (1/256) and `BEND_MAX_PX` together. What is behind what is decided by depth.
-const EXPANSION_PX: f64 = 1.0 / 64.0;
+/// what devices round corners to (1/256) and what edges may be bent together. What is behind what is decided by depth.
+const EXPANSION_PX: f64 = 1.0 / 128.0;
 
-/// How far the bent image of a straight edge may be from the edge that is drawn, in pixels.
-const BEND_MAX_PX: f64 = 0.02;
+/// How far the bent image of a straight edge may be from the edge that is drawn, in pixels: within a polygon, and on its outline. Within, it
+/// shows only where a polygon is thinner than that.
+const BEND_MAX_PX: [f64; 2] = [0.5, 0.01];
 
 /// Most times that a triangle is divided: a pixel of an image of 8192.
 const DIVISIONS_MAX: u32 = 13;
@@ -34,7 +35,15 @@ type Ray = Vector2<f64>;
 pub(crate) struct Mesh {
     pub(crate) vertices: Vec<Vertex>,
     outline: Vec<Ray>,
-    undivided: Vec<([Ray; 3], u32)>,
+    undivided: Vec<Piece>,
+}
+
+/// A triangle that may have to be divided; edge i runs from corner i to the next, and is on the polygon's outline or not.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    corners: [Ray; 3],
+    outer: [bool; 3],
+    divisions: u32,
 }
 
 impl Mesh {
@@ -43,30 +52,41 @@ impl Mesh {
         self.expand(corners, projection);
         let Some((first, rest)) = self.outline.split_first() else { return };
         self.undivided.clear();
-        self.undivided.extend(rest.windows(2).map(|pair| ([*first, pair[0], pair[1]], 0)));
-        while let Some((triangle, depth)) = self.undivided.pop() {
-            let bent = |i: usize| {
-                let (a, b) = (triangle[i], triangle[(i + 1) % 3]);
-                depth < DIVISIONS_MAX && !projection.is_pinhole() && is_bent(&a, &b, projection)
+        let last = rest.len() - 1;
+        self.undivided.extend(rest.windows(2).zip(1..).map(|(pair, i)| Piece {
+            corners: [*first, pair[0], pair[1]],
+            outer: [i == 1, true, i == last],
+            divisions: 0,
+        }));
+        while let Some(piece) = self.undivided.pop() {
+            let bends = if projection.is_pinhole() || piece.divisions == DIVISIONS_MAX {
+                [false; 3]
+            } else {
+                [0, 1, 2].map(|i| piece.is_bent(i, projection))
             };
-            let bends = [bent(0), bent(1), bent(2)];
             if bends == [false; 3] {
-                self.vertices.extend(triangle.map(|ray| {
+                self.vertices.extend(piece.corners.map(|ray| {
                     let inverse_m = plane.x * ray.x + plane.y * ray.y + plane.z;
                     Vertex { pixel: projection.pixel(ray.into()).map(|v| v as f32), inverse_m: inverse_m as f32, item }
                 }));
             } else {
-                divide(&triangle, &bends, |part| self.undivided.push((part, depth + 1)));
+                piece.divide(&bends, |part| self.undivided.push(part));
             }
         }
     }
 
-    /// Adds a band as a chain of quadrilaterals that share their borders.
+    /// Adds a band as a chain of quadrilaterals that share their borders, as few as follow it.
     pub(crate) fn add_band(&mut self, band: &[BandPoint], item: u32) {
         let vertex = |pixel: Vector2<f64>| Vertex { pixel: [pixel.x as f32, pixel.y as f32], inverse_m: 0.0, item };
-        for pair in band.windows(2) {
-            let ([a, b], [c, d]) = (pair[0].borders(), pair[1].borders());
+        let mut first = 0;
+        while first + 1 < band.len() {
+            let mut last = first + 1;
+            while last + 1 < band.len() && follows(&band[first..=last + 1]) {
+                last += 1;
+            }
+            let ([a, b], [c, d]) = (band[first].borders(), band[last].borders());
             self.vertices.extend([a, b, c, c, b, d].map(vertex));
+            first = last;
         }
     }
 
@@ -112,38 +132,62 @@ impl Mesh {
     }
 }
 
-/// Whether the image of an edge bends away from the chord of its ends.
-fn is_bent(a: &Ray, b: &Ray, projection: &Projection) -> bool {
-    let [first, last, middle] = [*a, *b, (a + b) / 2.0].map(|ray| Vector2::from(projection.pixel(ray.into())));
-    (middle - (first + last) / 2.0).norm() > BEND_MAX_PX
+/// Whether a quadrilateral between the ends of a band holds all of it, and little else: a device needs longer for a small triangle than
+/// for some hundred pixels. Half a pixel may be cut off, of the whole one that bands are wider than their light.
+fn follows(band: &[BandPoint]) -> bool {
+    const CUT_PX: f64 = 0.5;
+    let (first, last) = (&band[0], &band[band.len() - 1]);
+    let chord = last.pixel - first.pixel;
+    let square = chord.norm_squared();
+    band[1..band.len() - 1].iter().all(|point| {
+        let to = point.pixel - first.pixel;
+        let share = to.dot(&chord) / square;
+        let off_px = (to - chord * share).norm();
+        let half_px = first.half_px + (last.half_px - first.half_px) * share;
+        off_px + point.half_px - half_px < CUT_PX && half_px < 1.3 * point.half_px + 1.0
+    })
 }
 
-/// Divides a triangle at the middles of its bent edges; edge i runs from corner i to the next. Neighbours divide an edge alike.
-fn divide(triangle: &[Ray; 3], bends: &[bool; 3], mut part: impl FnMut([Ray; 3])) {
-    let middle = |i: usize| (triangle[i] + triangle[(i + 1) % 3]) / 2.0;
-    match bends.iter().filter(|bent| **bent).count() {
-        3 => {
-            let middles = [middle(0), middle(1), middle(2)];
-            part(middles);
-            for i in 0..3 {
-                part([triangle[i], middles[i], middles[(i + 2) % 3]]);
+impl Piece {
+    /// Whether the image of edge i bends too far away from the chord of its ends.
+    fn is_bent(&self, i: usize, projection: &Projection) -> bool {
+        let (a, b) = (self.corners[i], self.corners[(i + 1) % 3]);
+        let image = |ray: Ray| Vector2::from(projection.pixel(ray.into()));
+        let (first, last) = (image(a), image(b));
+        let chord = last - first;
+        let bend_max_px = BEND_MAX_PX[usize::from(self.outer[i])];
+        // At two places: an edge may bend one way and then the other.
+        [1.0 / 3.0, 2.0 / 3.0].into_iter().any(|share| {
+            let off = image(a + (b - a) * share) - first;
+            chord.perp(&off).abs() > bend_max_px * chord.norm()
+        })
+    }
+
+    /// Divides it at the middles of its bent edges.
+    fn divide(&self, bends: &[bool; 3], mut part: impl FnMut(Self)) {
+        let (corner, outer) = (|i: usize| self.corners[i % 3], |i: usize| self.outer[i % 3]);
+        let middle = |i: usize| (corner(i) + corner(i + 1)) / 2.0;
+        let mut add = |corners: [Ray; 3], outer: [bool; 3]| part(Self { corners, outer, divisions: self.divisions + 1 });
+        match bends.iter().filter(|bent| **bent).count() {
+            3 => {
+                add([middle(0), middle(1), middle(2)], [false; 3]);
+                for i in 0..3 {
+                    add([corner(i), middle(i), middle(i + 2)], [outer(i), false, outer(i + 2)]);
+                }
             }
-        }
-        2 => {
-            // The corner between the two bent edges is cut off; the rest is a quadrilateral.
-            let straight = bends.iter().position(|bent| !bent).unwrap_or(0);
-            let [a, b, tip] = [straight, (straight + 1) % 3, (straight + 2) % 3];
-            let (right, left) = (middle(b), middle(tip));
-            part([triangle[tip], left, right]);
-            part([triangle[a], triangle[b], right]);
-            part([triangle[a], right, left]);
-        }
-        _ => {
-            let bent = bends.iter().position(|bent| *bent).unwrap_or(0);
-            let [a, b, tip] = [bent, (bent + 1) % 3, (bent + 2) % 3];
-            let cut = middle(bent);
-            part([triangle[a], cut, triangle[tip]]);
-            part([cut, triangle[b], triangle[tip]]);
+            2 => {
+                // The corner between the two bent edges is cut off; the rest is a quadrilateral.
+                let a = bends.iter().position(|bent| !bent).unwrap_or(0);
+                let (right, left) = (middle(a + 1), middle(a + 2));
+                add([corner(a + 2), left, right], [outer(a + 2), false, outer(a + 1)]);
+                add([corner(a), corner(a + 1), right], [outer(a), outer(a + 1), false]);
+                add([corner(a), right, left], [false, false, outer(a + 2)]);
+            }
+            _ => {
+                let a = bends.iter().position(|bent| *bent).unwrap_or(0);
+                add([corner(a), middle(a), corner(a + 2)], [outer(a), false, outer(a + 2)]);
+                add([middle(a), corner(a + 1), corner(a + 2)], [outer(a), outer(a + 1), false]);
+            }
         }
     }
 }

@@ -5,13 +5,14 @@
 //! - [`optics`]: the parameters of light, surface and CCD, and [`light`]: the constants derived from them;
 //! - [`scenery`]: a duct network as sheets that light falls on, openings that it passes, and bodies that cast shadows;
 //! - [`beam`]: which parts of which sheets a point (the camera, a laser's source) sees, by following openings;
+//! - [`frame_geometry`]: what a frame shows, as polygons: regions of sheets, and [`strip`]s of light on them, for each of the
+//!   [`exposure_parts`];
 //! - [`noise`]: the counter-based random numbers of the CCD and of speckle;
 //! - [`renderer`]: what a renderer is given and gives, whichever engine it runs on;
+//! - [`CpuRenderer`]: the engine in plain Rust, the same to the bit everywhere; [`vector_math`]: its elementary functions;
 //! - `gpu` and `WgpuRenderer`: the engine on wgpu (feature `wgpu`).
 //!
-//! What is not modelled: light that reaches the camera by more than one reflection, gloss, lens distortion, natural vignetting
-//! (a wall square to a ray is as bright at the image's corner as in its middle), motion blur, and the extent of the source: the
-//! edge of a shadow is sharp before the point spread.
+//! The equations, and what they leave out, are in `docs/sensor-model.md`.
 #![forbid(unsafe_code)]
 
 pub mod band;

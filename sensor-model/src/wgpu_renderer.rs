@@ -9,10 +9,11 @@ use crate::gpu::{FRAME_TIMEOUT, Gpu};
 use crate::gpu_blocks::Lamps;
 use crate::gpu_buffers::create;
 use crate::gpu_ccd::{CcdStage, image_bytes};
-use crate::gpu_filter::FilterStage;
+use crate::gpu_filter::{FilterImages, FilterStage};
 use crate::gpu_frame::FrameData;
-use crate::gpu_light::{TILE_PX, LightStage, light_size_px};
+use crate::gpu_light::{LightStage, TILE_PX, light_size_px};
 use crate::gpu_light_pipelines::Effects;
+use crate::gpu_tiles::Tiles;
 use crate::light::{FAN_MAX_DEG, headlamp_strength, laser_strength};
 use crate::optics::Optics;
 use crate::renderer::{ImageMut, MAX_LASERS, RenderError, Renderer, View};
@@ -68,9 +69,8 @@ impl WgpuRenderer {
         let light = LightStage::new(device, queue, projection, blur, effects);
         let columns = rig.camera.width_px.next_multiple_of(TILE_PX);
         let ccd = CcdStage::new(device, queue, &rig.camera, optics, &effects, seed, light.images());
-        let filter = effects.defocused.then(|| {
-            FilterStage::new(device, queue, projection, blur, columns, light.images()[0], light.depth(), ccd.smoothed())
-        });
+        let images = FilterImages { light: light.images()[0], depth: light.depth(), smoothed: ccd.smoothed() };
+        let filter = effects.defocused.then(|| FilterStage::new(device, queue, projection, blur, columns, &images));
         let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         let read_back = create(device, "read back", usage, bytes as u64);
         gpu.check()?;
@@ -78,7 +78,7 @@ impl WgpuRenderer {
             gpu: gpu.clone(),
             scenery,
             geometry,
-            frame: FrameData::new(rig.camera.width_px, rig.camera.height_px),
+            frame: FrameData::new(Tiles::new(rig.camera.width_px, rig.camera.height_px, effects.margin_px())),
             laser_strength: laser_strength(optics, &rig.line),
             optics: optics.clone(),
             width_px: rig.camera.width_px,
@@ -121,6 +121,9 @@ impl WgpuRenderer {
         let (device, queue) = (self.gpu.device(), self.gpu.queue());
         self.light.upload(device, queue, &self.frame, &lamps);
         self.stamp = self.stamp.wrapping_add(1).max(1);
+        if let Some(filter) = &self.filter {
+            filter.upload(queue, &self.frame.tiles);
+        }
         self.ccd.upload(queue, view, &self.frame.tiles, self.stamp);
         Ok(())
     }
@@ -132,7 +135,7 @@ impl WgpuRenderer {
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             if let Some(filter) = &self.filter {
-                filter.run(&mut pass);
+                filter.run(&mut pass, &self.frame.tiles);
             }
             self.ccd.run(&mut pass, &self.frame.tiles);
         }

@@ -156,7 +156,12 @@ fn noise_has_the_same_statistics_in_both() {
             if n < 20_000.0 {
                 continue;
             }
-            println!("{name}, from {} DN: {mean:.3} and {:.3} DN, variance {variance:.3} and {:.3}", 40 * class, other.1, other.2);
+            println!(
+                "{name}, from {} DN: {mean:.3} and {:.3} DN, variance {variance:.3} and {:.3}",
+                40 * class,
+                other.1,
+                other.2
+            );
             // Fixed patterns are the same pixels' in both, so the pixels are not independent draws: a tenth of the deviation for
             // the mean, and 8 % of the variance, five times the scatter of twenty thousand values.
             assert!((mean - other.1).abs() < 0.1 * variance.sqrt(), "{name}, class {class}");

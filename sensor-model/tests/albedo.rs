@@ -18,12 +18,8 @@ fn by_laser_and_by_lamp(network: &Network, albedos: &[f64]) -> Option<[Vec<u8>; 
     let rig = wide();
     let looks: Vec<_> = albedos.iter().map(|albedo| Look::matt(*albedo)).collect();
     // Bright enough that what the lens leaves at the image's sides, a third, is well above black.
-    let optics = Optics {
-        lens: Lens { psf_sigma_px: 0.0, ..Lens::default() },
-        stripe_peak_dn: 540.0,
-        headlamp_peak_dn: 300.0,
-        ..quiet()
-    };
+    let optics =
+        Optics { lens: Lens { psf_sigma_px: 0.0, ..Lens::default() }, stripe_peak_dn: 540.0, headlamp_peak_dn: 300.0, ..quiet() };
     let mut renderer = WgpuRenderer::new(gpu, network, &rig, &optics, &looks, 1).expect("the rig and the optics are sound");
     Some([[1.0, 0.0], [0.0, 1.0]].map(|[lasers, lamp]| {
         let mut view = view(&rig, &base_at(1.5, 0.0, 0.0));

@@ -15,12 +15,12 @@ const GOLDEN: [(&str, u64); 11] = [
     ("plain", 0x0888_098d_ae37_b111),
     ("zinc", 0x1e8e_be18_17b8_0632),
     ("portrait", 0x1f94_d851_3b6c_81c0),
-    ("boxes", 0x4656_0dc4_afea_9cde),
-    ("bent", 0x1f64_c8c6_c77c_f004),
-    ("joints", 0x56da_8e66_5b6d_3b4d),
+    ("boxes", 0x6824_b70f_8216_ad97),
+    ("bent", 0xfe32_0bc2_00d0_efae),
+    ("joints", 0xe808_0464_e877_8f77),
     ("moving", 0x3731_2a7f_6e1d_b0f6),
     ("raw", 0xc0d1_52bd_aa18_ad38),
-    ("unfocused", 0x97e8_7e6e_8de2_6006),
+    ("unfocused", 0x4d9f_6242_ebce_fa66),
     ("mirrors", 0xcd9b_ae64_c177_ea98),
     ("bare", 0x10f0_0921_e746_6e16),
 ];
@@ -30,11 +30,13 @@ fn golden(names: &[&str]) -> String {
     GOLDEN.iter().filter(|(name, _)| asked(name)).map(|(name, hash)| format!("{name} {hash:016x}\n")).collect()
 }
 
-/// What the example prints when it is built with these further arguments and flags for the compiler.
+/// The example, built with these further arguments and flags for the compiler.
 fn build(folder: &str, arguments: &[&str], flags: &str) -> PathBuf {
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).join(folder);
     let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["build", "--offline", "--quiet", "--no-default-features", "--example", "image_hash"]).args(arguments);
+    // As an example it brings the tests' dependencies along; as a program of the package it would be installed with it.
+    cargo.args(["build", "--offline", "--quiet", "--no-default-features", "--example", "image_hash"]);
+    cargo.args(["--config", "profile.release.debug=false", "--config", "profile.dev.debug=false"]).args(arguments);
     cargo.current_dir(env!("CARGO_MANIFEST_DIR")).env("CARGO_TARGET_DIR", &target);
     // Flags of whoever runs the tests are not meant for this build.
     cargo.env_remove("CARGO_ENCODED_RUSTFLAGS").env("RUSTFLAGS", flags);
@@ -61,7 +63,7 @@ fn images_are_those_of_the_table_on_any_number_of_threads() {
 
 #[test]
 fn images_do_not_depend_on_the_optimisation() {
-    let example = build("bits-unoptimised", &["--config", "profile.dev.opt-level=0", "--config", "profile.dev.debug=false"], "");
+    let example = build("bits-unoptimised", &["--config", "profile.dev.opt-level=0"], "");
     assert_eq!(printed(&mut Command::new(example)), golden(&[]));
 }
 
@@ -71,7 +73,7 @@ fn images_do_not_depend_on_the_processor_compiled_for() {
     assert_eq!(printed(&mut Command::new(example)), golden(&[]));
 }
 
-/// The program as it is delivered, for any x86-64 processor, on an old one without AVX (2008) and on one with AVX2 (2013).
+/// This program, compiled for any x86-64 processor unless flags say otherwise, on an old one without AVX (2008) and on one with AVX2 (2013).
 #[test]
 fn images_do_not_depend_on_the_processor_run_on() {
     if !cfg!(all(target_arch = "x86_64", target_os = "linux")) {
@@ -88,10 +90,24 @@ fn images_do_not_depend_on_the_processor_run_on() {
         println!("skipped: {qemu}: {error}");
         return;
     }
-    let example = build("bits-release", &["--release"], "");
+    let program = std::env::current_exe().expect("a path");
     // Vector instructions are slow in emulation: some images must do for the newer one.
-    for (processor, names) in [("Nehalem", &[][..]), ("Haswell", &["boxes", "joints", "raw"])] {
-        let found = printed(Command::new(qemu).args(["-cpu", processor]).arg(&example).args(names));
-        assert_eq!(found, golden(names), "{processor}");
+    for (processor, names) in [("Nehalem", ""), ("Haswell", "boxes joints raw")] {
+        let mut emulated = Command::new(qemu);
+        emulated.args(["-cpu", processor]).arg(&program).args(["--ignored", "--exact", EMULATED]).env(NAMES, names);
+        assert!(printed(&mut emulated).contains("1 passed"), "{processor}");
     }
+}
+
+/// The test that is run in emulation, and where it finds the names of its images.
+const EMULATED: &str = "some_images_are_those_of_the_table";
+const NAMES: &str = "DUCTLOOP_IMAGE_NAMES";
+
+#[test]
+#[ignore = "the test of the processor run on runs it in emulation"]
+fn some_images_are_those_of_the_table() {
+    let names = std::env::var(NAMES).unwrap_or_default();
+    let names: Vec<&str> = names.split_whitespace().collect();
+    let pictures = image_hash::pictures().into_iter().filter(|p| names.is_empty() || names.contains(&p.name));
+    assert_eq!(pictures.map(|p| format!("{} {:016x}\n", p.name, p.hash(1))).collect::<String>(), golden(&names));
 }

@@ -1,5 +1,7 @@
 //! The CPU renderer against the model of `docs/sensor-model.md` in double precision, written out plainly, one pixel at a time.
 
+#![allow(clippy::unwrap_used)] // helpers of tests are tests
+
 mod common;
 
 use std::collections::BTreeMap;
@@ -161,7 +163,7 @@ impl Model<'_> {
         let Some([s_axis, t_axis]) = region.texture.filter(|_| look.spangle > 0.0) else { return kept };
         let (s, t) = (s_axis.dot(ray) / approach, t_axis.dot(ray) / approach);
         let cycles = (slope(s, &s_axis) + slope(t, &t_axis)) / 4.0;
-        let contrast = (-2.0 * std::f64::consts::PI * std::f64::consts::PI * variance * cycles * cycles).exp();
+        let contrast = libm::exp(-2.0 * std::f64::consts::PI * std::f64::consts::PI * variance * cycles * cycles);
         let smooth = |x: f64| x * x * (3.0 - 2.0 * x);
         let (p, q) = (smooth(s - s.floor()), smooth(t - t.floor()));
         let bits = finalise(region.sheet as u32);
@@ -183,9 +185,7 @@ impl Model<'_> {
         let pixel = PixelRay { ray, rays_per_pixel: self.geometry.projection().rays_per_pixel([ray.x, ray.y]) };
         let blur = *self.geometry.blur();
         let (transmission, inverse_z) = match self.seen(&ray) {
-            Seen::Region(region) => {
-                (self.transmission(region, &pixel), region.plane.normal.dot(&ray) / region.plane.offset_m)
-            }
+            Seen::Region(region) => (self.transmission(region, &pixel), region.plane.normal.dot(&ray) / region.plane.offset_m),
             _ => (1.0, 0.0),
         };
         // The filter's widest, see `spread.rs`.
@@ -245,13 +245,14 @@ const SINGLE_DN: f64 = 0.05;
 /// spread grows from there, and what lies beyond the band is cut. The model here does not cut.
 const GHOST_CUT_DN: f64 = 0.6;
 
-/// Holds the worst pixel against its bound.
+/// Holds 99 % of the pixels, and the worst one, against their bounds.
 fn check(scene: &Scene, bright: f64) {
     let (found, worst) = differences(scene, bright);
+    let most = found[(found.len() - 1) * 99 / 100];
     let apart = found[found.len() - 1];
-    let bound = if scene.optics.ghosts && !scene.name.starts_with("every") { GHOST_CUT_DN } else { SINGLE_DN };
-    println!("{}: {apart:.4} DN at {worst:?}, exposed {bright} times", scene.name);
-    assert!(apart < bound, "{}: {apart} DN at {worst:?}, exposed {bright} times", scene.name);
+    println!("{}: 99 % {most:.4}, worst {apart:.4} DN at {worst:?}, exposed {bright} times", scene.name);
+    let bound = if scene.optics.ghosts { GHOST_CUT_DN } else { SINGLE_DN };
+    assert!(most < SINGLE_DN && apart < bound, "{}: {most} and {apart} DN at {worst:?}, exposed {bright} times", scene.name);
 }
 
 #[test]

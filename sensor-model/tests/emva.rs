@@ -110,7 +110,8 @@ fn the_photon_transfer_curve_gives_back_gain_read_noise_and_full_well() {
     let points: Vec<_> = (1..=14).map(|step| bench.pair(0.4e-3 * f64::from(step), 2 * u64::from(step as u32))).collect();
     let n = points.len() as f64;
     let (mx, my) = (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
-    let slope = points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>() / points.iter().map(|p| (p.0 - mx) * (p.0 - mx)).sum::<f64>();
+    let slope =
+        points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>() / points.iter().map(|p| (p.0 - mx) * (p.0 - mx)).sum::<f64>();
     // A variance of 3e5 values scatters by 0.26 %; a line through fourteen of them by half of that.
     within("gain, DN per electron", slope, gain, 0.006);
 

@@ -158,12 +158,12 @@ fn differences(network: &Network, rig: &Rig, optics: &Optics, looks: &[Look], vi
     let gpu = common::gpu()?;
     // Twelve bits tell a sixteenth of a grey value.
     let optics = Optics { ccd: Ccd { bits: Bits::Twelve, ..optics.ccd.clone() }, ..optics.clone() };
-    let mut renderer = WgpuRenderer::new(gpu, network, rig, &optics, looks, 1).unwrap();
+    let mut renderer = WgpuRenderer::new(gpu, network, rig, &optics, looks, 1).expect("a sound scene");
     let mut deep = vec![0_u16; rig.camera.width_px * rig.camera.height_px];
-    renderer.render(view, deep.as_mut_slice().into()).unwrap();
+    renderer.render(view, deep.as_mut_slice().into()).expect("a view inside the duct");
 
-    let scenery = Scenery::new(network, looks).unwrap();
-    let mut geometry = FrameGeometry::new(rig, &optics).unwrap();
+    let scenery = Scenery::new(network, looks).expect("sound looks");
+    let mut geometry = FrameGeometry::new(rig, &optics).expect("a sound lens");
     assert!(geometry.build(&scenery, &Sweep::still(view.world_from_camera), &view.laser_power));
     let lasers = laser_strength(&optics, &rig.line) * view.laser_power[0];
     let model = Model { geometry, scenery, optics: &optics, lasers }.image(view.headlamp_power);
@@ -178,14 +178,14 @@ fn differences(network: &Network, rig: &Rig, optics: &Optics, looks: &[Look], vi
 }
 
 /// Checks a scene. Rounding to twelve bits is 0.03 DN; half floats are good to 0.06 at 200 DN, twice for two lasers. Where regions
-/// meet, a pixel whose middle is within 0.02 px of their border (0.04 px with a lens that distorts) may be taken for the other's.
+/// meet, a pixel whose middle is within 0.01 px of their border (0.02 px with a lens that distorts) may be taken for the other's.
 fn check(name: &str, network: &Network, rig: &Rig, optics: &Optics, looks: &[Look], view: &View) {
     let Some(off) = differences(network, rig, optics, looks, view) else { return };
     let (largest, most) = (off[off.len() - 1], off[off.len() * 999 / 1000]);
     let apart = off.iter().filter(|off| **off > 0.25).count();
     println!("{name}: {most:.3} DN at the 99.9th percentile, {largest:.3} DN at most, {apart} pixels above 0.25 DN");
     assert!(most < 0.12, "{name}: {most} DN");
-    // 3000 pixels of border, each in 25 of which may be on the other side, and its neighbours.
+    // Of 3000 pixels of border one in fifty, and what the point spread brings its neighbours of it.
     assert!(apart < 200 && largest < 8.0, "{name}: {apart} pixels, {largest} DN");
 }
 

@@ -6,6 +6,7 @@ mod common;
 use common::{LOOKS, base_at, duct, quiet, straight, view, wide};
 use ductloop_nav::rig::Rig;
 use ductloop_sensor::WgpuRenderer;
+use ductloop_sensor::gpu::Gpu;
 use ductloop_sensor::optics::{Lens, Optics};
 use ductloop_sensor::renderer::{RenderError, Renderer, View};
 use ductloop_sensor::surface::Look;
@@ -83,4 +84,29 @@ fn a_width_that_is_no_multiple_of_four_is_packed_right() {
     for (row, (a, b)) in wide_image.chunks(640).zip(narrow_image.chunks(637)).enumerate() {
         assert!(a.iter().zip(b).all(|(a, b)| a.abs_diff(*b) <= 1), "row {row}");
     }
+}
+
+#[test]
+fn a_lost_device_is_an_error_and_no_frame() {
+    // A device of its own: the other tests go on with theirs.
+    if common::gpu().is_none() {
+        return;
+    }
+    let gpu = Gpu::open().expect("a second device of an adapter that is there");
+    let rig = wide();
+    let network = duct(&[straight(6.0, 0.5, 0.3)]);
+    let mut renderer = WgpuRenderer::new(&gpu, &network, &rig, &quiet(), &LOOKS, 1).expect("rig and optics are sound");
+    let view = view(&rig, &base_at(1.5, 0.0, 0.0));
+    let mut pixels = vec![77_u8; 640 * 480];
+    renderer.render(&view, pixels.as_mut_slice().into()).unwrap();
+    assert!(pixels.iter().any(|dn| *dn > 20));
+    gpu.close();
+    pixels.fill(77);
+    for _ in 0..2 {
+        let error = renderer.render(&view, pixels.as_mut_slice().into()).unwrap_err();
+        assert!(matches!(error, RenderError::Lost(_)), "{error}");
+    }
+    assert!(pixels.iter().all(|dn| *dn == 77), "the image was touched");
+    let another = WgpuRenderer::new(&gpu, &network, &rig, &quiet(), &LOOKS, 1).expect_err("its device is gone");
+    assert!(matches!(another, RenderError::Lost(_)), "{another}");
 }

@@ -166,7 +166,10 @@ fn speckle_has_the_contrast_and_the_grain_that_were_put_in() {
             }
         }
         let deviation = (second / n - (first / n) * (first / n)).sqrt();
-        println!("contrast {deviation:.4} for {contrast}, correlation at 1, 2, 3 px {:.2?}", [1, 2, 3].map(|lag| product[lag] / second));
+        println!(
+            "contrast {deviation:.4} for {contrast}, correlation at 1, 2, 3 px {:.2?}",
+            [1, 2, 3].map(|lag| product[lag] / second)
+        );
         // Grains of 3 px: a ninth as many independent values, 3500: 1.2 % scatter.
         assert!((deviation / contrast - 1.0).abs() < 0.04, "contrast {deviation} for {contrast}");
         // Grains are as far apart as they are wide: nothing is left at twice their size, half or more is within half of it.

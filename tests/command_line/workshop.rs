@@ -155,6 +155,16 @@ impl Workshop {
         self.start_with(command).wait()
     }
 
+    /// The same on another processor: `emulator` and its arguments, then the program's. `None` where there is no such emulator.
+    pub(crate) fn run_on(&self, emulator: &[&str], args: &[&str]) -> Option<Ran> {
+        let mut command = Command::new(emulator[0]);
+        command.args(&emulator[1..]).arg(env!("CARGO_BIN_EXE_ductloop")).args(args).current_dir(self.0.path());
+        if Command::new(emulator[0]).arg("--version").output().is_err() {
+            return None;
+        }
+        Some(self.start_with(command).wait())
+    }
+
     /// The same with standard output going to `path`.
     pub(crate) fn run_into(&self, path: &str, args: &[&str]) -> Ran {
         let stderr = self.path(".stderr");

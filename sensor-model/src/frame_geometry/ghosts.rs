@@ -108,7 +108,7 @@ impl FrameGeometry {
         ghosts.lit_window.extend(edges.filter_map(|(_, [a, b])| inward(&apex, &a, &b, &middle)));
         widened_pyramid(&apex, &self.points, lobe_rad, &mut ghosts.bounds);
         ghosts.echo.clear();
-        let from = Apex { point: apex, cell: lit.cell, bounds: &ghosts.bounds, range_m: RANGE_M };
+        let from = Apex { point: apex, cell: lit.cell, bounds: &ghosts.bounds, range_m: RANGE_M, wanted: Some(&self.by_sheet) };
         ghosts.echo.add(&mut self.beam, frame.scenery, &frame.camera_from_world, &from, lit.by);
 
         for index in 0..ghosts.echo.list.len() {
@@ -174,7 +174,7 @@ impl FrameGeometry {
         }
         widened_pyramid(&apex, seen, mirror.lobe_rad(), &mut ghosts.bounds);
         ghosts.echo.clear();
-        let from = Apex { point: apex, cell, bounds: &ghosts.bounds, range_m: RANGE_M };
+        let from = Apex { point: apex, cell, bounds: &ghosts.bounds, range_m: RANGE_M, wanted: Some(&self.lit_by_sheet) };
         ghosts.echo.add(&mut self.beam, frame.scenery, &frame.camera_from_world, &from, region);
         // Seen from the camera, all is mirrored: the planes too that the search was bounded by.
         for bound in &mut ghosts.bounds {

@@ -97,8 +97,9 @@ fn cut_off(corners: &mut Vec<Point3<f64>>, body: &Body, plane: &Plane, beyond: i
     for [a, b] in &body.edges {
         let (from, to) = (corners[*a], corners[*b]);
         let (d_from, d_to) = (plane.distance(&from), plane.distance(&to));
-        if d_from * d_to < 0.0 {
-            corners.push(from + (to - from) * (d_from / (d_from - d_to)));
+        // By the same rule as below: a corner that rounding puts on the plane is replaced by where its edge meets it.
+        if beyond(&from) != beyond(&to) {
+            corners.push(from + (to - from) * (d_from / (d_from - d_to)).clamp(0.0, 1.0));
         }
     }
     let mut index = 0;

@@ -48,6 +48,8 @@ pub(crate) struct Apex<'a> {
     pub(crate) bounds: &'a [Vector3<f64>],
     /// See [`Beam::trace`].
     pub(crate) range_m: f64,
+    /// Only these sheets are of interest (by number, in order); all are where there is no list.
+    pub(crate) wanted: Option<&'a [(SheetId, usize)]>,
 }
 
 impl Sightings {
@@ -78,6 +80,11 @@ impl Sightings {
         let apex = from.point;
         let apex_from_world = Translation3::from(-apex) * camera_from_world;
         beam.trace(scenery, &apex_from_world, from.cell, from.bounds, from.range_m, &mut |sight| {
+            let id = sight.sheet.id;
+            let is_wanted = |wanted: &[(SheetId, usize)]| wanted.binary_search_by_key(&id, |(sheet, _)| *sheet).is_ok();
+            if !from.wanted.is_none_or(is_wanted) {
+                return;
+            }
             let first_corner = self.corners.len();
             self.corners.extend(sight.outline.iter().map(|p| p + apex));
             let first_cell = self.paths.len();

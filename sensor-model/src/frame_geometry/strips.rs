@@ -54,26 +54,53 @@ impl FrameGeometry {
             holes: 0..0,
             band: 0..0,
         };
-        let first_point = self.band.len();
-        let in_view = self.points.len() >= 3
-            && Middle::new(&strip, &self.points, &slit.plane.normal)
-                .is_some_and(|middle| middle.lay(&strip, |_| CUT_SIGMAS, &self.projection, &self.blur, &mut self.band));
-        if !in_view {
+        if self.points.len() < 3 {
             self.edges.truncate(first_edge);
-            self.band.truncate(first_point);
             return;
         }
-        let first_hole = self.holes.len();
+        let Some(middle) = Middle::new(&strip, &self.points, &slit.plane.normal) else { return };
+        let gaps = &mut self.gaps;
+        gaps.clear();
         self.shadows.aim(frame, &strip.source, None, &self.points);
         for id in self.lit.bodies(lit, frame.scenery) {
-            self.shadows.add(&frame.scenery.bodies[id], plane, &mut self.edges, &mut self.holes);
+            self.shadows.add(&frame.scenery.bodies[id], plane, &mut gaps.edges, &mut gaps.holes);
         }
         // What stands between camera and sheet, its own body apart.
         self.shadows.aim(frame, &Vector3::zeros(), None, &self.points);
         for id in self.seen_bodies.iter().copied().filter(|id| Some(*id) != *body) {
-            self.shadows.add(&frame.scenery.bodies[id], plane, &mut self.edges, &mut self.holes);
+            self.shadows.add(&frame.scenery.bodies[id], plane, &mut gaps.edges, &mut gaps.holes);
         }
-        self.strips.push(Strip { band: first_point..self.band.len(), holes: first_hole..self.holes.len(), ..strip });
+        gaps.divide(&middle, &self.points, &mut self.spare);
+        self.place_strips(&strip, &middle);
+    }
+
+    /// Adds a strip's parts between the gaps, those that are in the image.
+    fn place_strips(&mut self, strip: &Strip, middle: &Middle) {
+        let gaps = &self.gaps;
+        let first_hole = self.holes.len();
+        for hole in &gaps.holes {
+            let first = self.edges.len();
+            self.edges.extend_from_slice(&gaps.edges[hole.clone()]);
+            self.holes.push(first..self.edges.len());
+        }
+        let holes = first_hole..self.holes.len();
+        for part in &gaps.parts {
+            let [from, to] = part.shares;
+            let middle = Middle { first: middle.at(from), last: middle.at(to) };
+            let first_point = self.band.len();
+            if !middle.lay(strip, |_| CUT_SIGMAS, &self.projection, &self.blur, &mut self.band) {
+                self.band.truncate(first_point);
+                continue;
+            }
+            let mut edges = strip.edges.clone();
+            if part.ends != [None, None] {
+                let first = self.edges.len();
+                self.edges.extend_from_within(edges);
+                self.edges.extend(part.ends.into_iter().flatten());
+                edges = first..self.edges.len();
+            }
+            self.strips.push(Strip { edges, holes: holes.clone(), band: first_point..self.band.len(), ..strip.clone() });
+        }
     }
 }
 

@@ -141,8 +141,8 @@ fn add_chunk<const VIEW: bool>(terms: &Terms, edges: &[Edge], rays: &NodeRays, c
     for edge in edges {
         cut(&edge.map(|v| v as f32), &nodes, &mut shone);
     }
-    for i in 0..LANES {
-        light[i] += shone.light[i] * shone.kept[i];
+    for ((light, shone), kept) in light.iter_mut().zip(shone.light).zip(shone.kept) {
+        *light += shone * kept;
     }
 }
 

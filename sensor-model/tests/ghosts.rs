@@ -1,0 +1,283 @@
+//! Ghosts against what a mirror does, ray by ray: where they are, how bright, how a rough mirror spreads them.
+
+mod common;
+mod ray_cast;
+
+use common::{base_at, duct, quiet, straight, view, wide};
+use ductloop_duct::cell::SurfaceId;
+use ductloop_duct::network::{Hit, Network};
+use ductloop_nav::rig::Rig;
+use ductloop_sensor::frame_geometry::FrameGeometry;
+use ductloop_sensor::light::FWHM_PER_SIGMA;
+use ductloop_sensor::optics::Optics;
+use ductloop_sensor::strip::{MirroredWay, SQRT_TAU};
+use ductloop_sensor::surface::Look;
+use nalgebra::{Point3, Unit, Vector3};
+use ray_cast::{View, of_glow, of_strips};
+
+const HALF_WIDTH_M: f64 = 0.25;
+const MIRROR: SurfaceId = SurfaceId(1);
+const LOW: usize = 0;
+const ROUGHNESSES: [f64; 3] = [0.03, 0.06, 0.12];
+
+/// A straight duct whose left wall is a mirror.
+fn mirror_duct() -> Network {
+    let mut network = duct(&[straight(4.0, 2.0 * HALF_WIDTH_M, 0.3)]);
+    let left = network.cells[0].faces.iter_mut().find(|face| face.plane.normal.y > 0.9).expect("a left wall");
+    left.surface = MIRROR;
+    network
+}
+
+fn looks(roughness: f64) -> [Look; 2] {
+    [Look::matt(0.5), Look { specular: 0.8, roughness, ..Look::matt(0.1) }]
+}
+
+fn optics() -> Optics {
+    Optics { ghosts: true, ..quiet() }
+}
+
+fn schlick(cosine: f64) -> f64 {
+    let miss = 1.0 - cosine;
+    0.8 + 0.2 * miss * miss * miss * miss * miss
+}
+
+fn mirrored(v: &Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(v.x, -v.y, v.z)
+}
+
+/// A point in the mirror at y = `HALF_WIDTH_M`.
+fn image_of(p: &Point3<f64>) -> Point3<f64> {
+    Point3::new(p.x, 2.0 * HALF_WIDTH_M - p.y, p.z)
+}
+
+/// One way of light by the mirror to a pixel.
+struct Path {
+    /// On the sheet that scatters it.
+    hit: Hit,
+    /// Share that the mirror keeps.
+    kept: f64,
+    /// The point of the laser's fan, as if there were no mirror.
+    aimed: Point3<f64>,
+    cos_light: f64,
+    distance_m: f64,
+}
+
+fn path(view: &View, way: MirroredWay, pixel: [f64; 2]) -> Option<Path> {
+    let first = view.seen(pixel)?;
+    let source = view.source(LOW);
+    match way {
+        MirroredWay::View => {
+            let seen = view.way(pixel);
+            let on = Unit::new_normalize(mirrored(&seen));
+            let hit = (first.surface == MIRROR).then(|| view.cast(&first.point, &on))??;
+            let light = hit.point - source;
+            let distance_m = light.norm();
+            let cos_light = -hit.normal.dot(&light) / distance_m;
+            Some(Path { hit, kept: schlick(seen.y.abs()), aimed: hit.point, cos_light, distance_m })
+        }
+        MirroredWay::Light => {
+            // The laser aims at the point's mirror image; what it meets first must be the mirror.
+            let aimed = image_of(&first.point);
+            let light = Unit::new_normalize(aimed - source);
+            let met = view.cast(&source, &light)?;
+            let cos_light = -first.normal.dot(&mirrored(&light));
+            let kept = schlick(light.y.abs());
+            let distance_m = (aimed - source).norm();
+            (met.surface == MIRROR && first.surface != MIRROR).then_some(Path { hit: first, kept, aimed, cos_light, distance_m })
+        }
+    }
+}
+
+/// Row in a column at which the ghost's middle is seen, found by following rays.
+fn middle_row(view: &View, way: MirroredWay, column: f64) -> Option<f64> {
+    let off = |row: f64| path(view, way, [column, row]).map(|path| view.off_plane(LOW, &path.aimed));
+    let rows = view.rig.camera.height_px;
+    let mut from = (10..rows - 10).map(|row| row as f64).find(|row| {
+        let (a, b) = (off(*row), off(row + 1.0));
+        a.zip(b).is_some_and(|(a, b)| a * b <= 0.0 && (a - b).abs() < 0.05)
+    })?;
+    let mut to = from + 1.0;
+    for _ in 0..40 {
+        let between = (from + to) / 2.0;
+        if off(from)? * off(between)? <= 0.0 { to = between } else { from = between }
+    }
+    Some(from)
+}
+
+/// Light of the ghosts of one way in a column about a row, and its centre.
+fn column(view: &View, geometry: &FrameGeometry, way: MirroredWay, column: f64, row: f64) -> (f64, f64) {
+    const REACH_PX: i32 = 14;
+    let (mut sum, mut moment) = (0.0, 0.0);
+    for step in -REACH_PX..=REACH_PX {
+        let at = row.round() + f64::from(step);
+        let light = of_strips(view, geometry, [column, at], |strip| strip.mirror.is_some_and(|mirror| mirror.way == way));
+        sum += light;
+        moment += light * (at - row);
+    }
+    (sum, moment / sum)
+}
+
+fn scene<'a>(network: &'a Network, rig: &'a Rig, optics: &'a Optics, looks: &'a [Look]) -> View<'a> {
+    let world_from_camera = view(rig, &base_at(1.0, 0.04, 3.0)).world_from_camera;
+    View { network, rig, optics, looks, world_from_camera }
+}
+
+/// Columns in which both the mirror shows a stripe, or the mirrored laser throws one, well away from the ends of either.
+fn columns(way: MirroredWay) -> [f64; 5] {
+    match way {
+        MirroredWay::View => [20.0, 60.0, 100.0, 140.0, 180.0],
+        MirroredWay::Light => [400.0, 430.0, 460.0, 490.0, 520.0],
+    }
+}
+
+#[test]
+fn a_mirror_shows_the_ghost_where_the_mirrored_laser_says() {
+    let (network, rig, optics, looks) = (mirror_duct(), wide(), optics(), looks(0.005));
+    let view = scene(&network, &rig, &optics, &looks);
+    let geometry = view.geometry(LOW);
+    for way in [MirroredWay::View, MirroredWay::Light] {
+        for u in columns(way) {
+            let row = middle_row(&view, way, u).expect("a ghost in this column");
+            let (light, off) = column(&view, &geometry, way, u, row);
+            // 0.02 px is what perception would notice; the stripe's own slight lopsidedness is within it.
+            assert!(light > 0.5 && off.abs() < 0.02, "{way:?} in column {u}: {off:.4} px off, light {light}");
+        }
+    }
+}
+
+/// The sum over a column is the light across the stripe, whatever lens and roughness: P / (r w) F cos(i) sqrt(2 pi) s over the slope of the
+/// distance from the laser's plane.
+#[test]
+fn a_ghost_has_the_share_of_the_light_that_the_mirror_keeps() {
+    let (network, rig, optics, looks) = (mirror_duct(), wide(), optics(), looks(0.005));
+    let view = scene(&network, &rig, &optics, &looks);
+    let geometry = view.geometry(LOW);
+    for way in [MirroredWay::View, MirroredWay::Light] {
+        for u in columns(way) {
+            let row = middle_row(&view, way, u).expect("a ghost in this column");
+            let at = |row: f64| path(&view, way, [u, row]).expect("a path by the mirror");
+            const STEP_PX: f64 = 0.25;
+            let slope = (view.off_plane(LOW, &at(row + STEP_PX).aimed) - view.off_plane(LOW, &at(row - STEP_PX).aimed)).abs()
+                / (2.0 * STEP_PX);
+            let path = at(row);
+            let across = view.strength() / path.distance_m * SQRT_TAU / FWHM_PER_SIGMA;
+            let expected = across * path.kept * view.fan(LOW, &path.aimed) * path.cos_light * view.albedo(path.hit.surface)
+                / slope
+                * view.falloff([u, row]);
+            let (light, _) = column(&view, &geometry, way, u, row);
+            // The stripe's brightness changes along the column by a few percent in its own width, nearly evenly.
+            assert!((light / expected - 1.0).abs() < 0.01, "{way:?} in column {u}: {light} instead of {expected}");
+        }
+    }
+}
+
+/// Pixels in the middle of those ghosts that nodes are not enough for.
+fn narrow(geometry: &FrameGeometry, way: MirroredWay) -> Vec<[f64; 2]> {
+    let strips = geometry.strips.iter().filter(|strip| strip.mirror.is_some_and(|mirror| mirror.way == way));
+    let middles = strips.map(|strip| geometry.band[(strip.band.start + strip.band.end) / 2].pixel.map(f64::round).into());
+    let seen = |[u, v]: &[f64; 2]| (0.0..640.0).contains(u) && (0.0..480.0).contains(v);
+    middles.filter(seen).collect()
+}
+
+/// Pairs of light found and light expected. The model takes the lobe as round in the image (or about the laser's plane), as wide all
+/// along a ghost as it is at the pixel, which is right to a tenth; and at a ghost's soft end to a few hundredths of its brightest.
+fn assert_close(lights: &[[f64; 2]]) {
+    let brightest = lights.iter().map(|[_, expected]| *expected).fold(0.0, f64::max);
+    assert!(brightest > 5.0, "there is something to compare");
+    for [found, expected] in lights {
+        assert!((found - expected).abs() < 0.13 * expected + 0.03 * brightest, "{found} instead of {expected}");
+    }
+}
+
+/// A rough mirror: each pixel is the mean over rays scattered about the mirrored one, by as many pixels' worth as the lobe says.
+#[test]
+fn a_rough_mirror_blurs_what_it_shows() {
+    // Where the nodes of the glow do, where every pixel is needed, and between.
+    ROUGHNESSES.into_iter().for_each(blurs_what_it_shows);
+}
+
+fn blurs_what_it_shows(roughness: f64) {
+    let (network, rig, looks) = (mirror_duct(), wide(), looks(roughness));
+    // So bright that neither of a ghost's parts, pixels and nodes, is left out as too faint.
+    let optics = Optics { stripe_peak_dn: 18_000.0, ..optics() };
+    let view = scene(&network, &rig, &optics, &looks);
+    let geometry = view.geometry(LOW);
+    let lobe_px = 2.0_f64.sqrt() * roughness * rig.camera.focal_px[0];
+    let mut lights = Vec::new();
+    for pixel in
+        [[30.0, 240.0], [60.0, 230.0], [60.0, 170.0], [110.0, 200.0]].into_iter().chain(narrow(&geometry, MirroredWay::View))
+    {
+        let first = view.seen(pixel).expect("the mirror");
+        assert_eq!(first.surface, MIRROR);
+        let mut sum = (0.0, 0.0);
+        // The stripe's standard deviation is more than a pixel: steps of a pixel catch all of it.
+        let steps = (4.0 * lobe_px) as i32;
+        for i in -steps..=steps {
+            for j in -steps..=steps {
+                let (du, dv) = (f64::from(i), f64::from(j));
+                let weight = libm::exp(-(du * du + dv * dv) / (2.0 * lobe_px * lobe_px));
+                let on = Unit::new_normalize(mirrored(&view.way([pixel[0] + du, pixel[1] + dv])));
+                sum.0 += weight;
+                if on.y < 0.0
+                    && let Some(hit) = view.cast(&first.point, &on)
+                {
+                    sum.1 += weight * view.lit(LOW, &hit);
+                }
+            }
+        }
+        let expected = sum.1 / sum.0 * schlick(view.way(pixel).y.abs()) * view.falloff(pixel);
+        let sharp =
+            of_strips(&view, &geometry, pixel, |strip| strip.mirror.is_some_and(|mirror| mirror.way == MirroredWay::View));
+        let toward = view.world_from_camera.inverse_transform_vector(&first.normal);
+        let smooth = of_glow(&geometry, pixel, &toward);
+        lights.push([sharp + smooth, expected]);
+    }
+    assert_close(&lights);
+}
+
+/// The same for light thrown by a rough mirror: the fan's rays, each scattered about its mirrored way.
+#[test]
+fn a_rough_mirror_spreads_the_light_it_throws() {
+    ROUGHNESSES.into_iter().for_each(spreads_the_light_it_throws);
+}
+
+fn spreads_the_light_it_throws(roughness: f64) {
+    let (network, rig, looks) = (mirror_duct(), wide(), looks(roughness));
+    // So bright that neither of a ghost's parts, pixels and nodes, is left out as too faint.
+    let optics = Optics { stripe_peak_dn: 18_000.0, ..optics() };
+    let view = scene(&network, &rig, &optics, &looks);
+    let geometry = view.geometry(LOW);
+    let lobe_rad = 2.0_f64.sqrt() * roughness;
+    let source = view.source(LOW);
+    let fan = ductloop_sensor::light::Fan::of(&rig.lasers[LOW], optics.fan_profile);
+    let mut lights = Vec::new();
+    for pixel in
+        [[500.0, 190.0], [520.0, 220.0], [460.0, 225.0], [420.0, 210.0]].into_iter().chain(narrow(&geometry, MirroredWay::Light))
+    {
+        let hit = view.seen(pixel).expect("a wall");
+        assert_ne!(hit.surface, MIRROR);
+        let mut irradiance = 0.0;
+        const STEP_RAD: f64 = 1e-3;
+        let reach = (fan.reach_rad / STEP_RAD) as i32;
+        for i in -reach..=reach {
+            let angle = f64::from(i) * STEP_RAD;
+            let (s, c) = libm::sincos(angle);
+            let way = Unit::new_normalize(view.world_from_camera.rotation * (fan.along * c + fan.across * s));
+            let Some(met) = view.cast(&source, &way).filter(|met| met.surface == MIRROR) else { continue };
+            let to = hit.point - met.point;
+            let (distance_m, cos_light) = (to.norm(), -hit.normal.dot(&to) / to.norm());
+            let turn = libm::acos((mirrored(&way).dot(&to) / distance_m).clamp(-1.0, 1.0));
+            let lobe = libm::exp(-turn * turn / (2.0 * lobe_rad * lobe_rad)) / (std::f64::consts::TAU * lobe_rad * lobe_rad);
+            // Power a radian of the fan, scattered over the lobe.
+            let power = view.strength() * SQRT_TAU / FWHM_PER_SIGMA * fan.profile(angle) * STEP_RAD;
+            irradiance += power * schlick(way.y.abs()) * lobe * cos_light.max(0.0) / (distance_m * distance_m);
+        }
+        let expected = irradiance * view.albedo(hit.surface) * view.falloff(pixel);
+        let sharp =
+            of_strips(&view, &geometry, pixel, |strip| strip.mirror.is_some_and(|mirror| mirror.way == MirroredWay::Light));
+        let toward = view.world_from_camera.inverse_transform_vector(&hit.normal);
+        let smooth = of_glow(&geometry, pixel, &toward);
+        lights.push([sharp + smooth, expected]);
+    }
+    assert_close(&lights);
+}
