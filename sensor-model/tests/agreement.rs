@@ -134,25 +134,24 @@ fn noise_has_the_same_statistics_in_both() {
         noisy.noise = true;
         noisy.ccd.dsnu_e = 20.0;
         noisy.ccd.dark_current_e_s = 2e4;
-        let mut sums = [[[0.0_f64; 3]; 6]; 2];
+        // By grey value: number, sum and sum of squares in each engine.
+        let mut sums = [[[0.0_f64; 3]; 2]; 6];
         for frame in 0..6 {
             let Some(quiet) = both(scene, &fine(&scene.optics), frame) else { return };
             let Some(images) = both(scene, &noisy, frame) else { return };
-            for (engine, sums) in sums.iter_mut().enumerate() {
-                for (noisy, quiet) in images[engine].iter().zip(&quiet[0]) {
-                    let class = ((quiet / 40.0) as usize).min(5);
+            for (engine, image) in images.iter().enumerate() {
+                for (noisy, quiet) in image.iter().zip(&quiet[0]) {
+                    let [count, sum, squares] = &mut sums[((quiet / 40.0) as usize).min(5)][engine];
                     let off = noisy - quiet;
-                    sums[class][0] += 1.0;
-                    sums[class][1] += off;
-                    sums[class][2] += off * off;
+                    *count += 1.0;
+                    *sum += off;
+                    *squares += off * off;
                 }
             }
         }
-        for class in 0..6 {
-            let [(n, mean, variance), other] = [0, 1].map(|engine: usize| {
-                let [n, first, second] = sums[engine][class];
-                (n, first / n, second / n - (first / n) * (first / n))
-            });
+        for (class, engines) in sums.iter().enumerate() {
+            let [(n, mean, variance), other] =
+                engines.map(|[n, first, second]| (n, first / n, second / n - (first / n) * (first / n)));
             if n < 20_000.0 {
                 continue;
             }
