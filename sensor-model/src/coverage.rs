@@ -161,8 +161,10 @@ mod tests {
         let mut worst = 0.0_f64;
         for case in cases() {
             for turn in 0..6 {
-                let turned: Vec<_> =
-                    shape.iter().map(|(angle, off)| edge(angle + f64::from(turn) * 1.0472, off * case.blur_px)).collect();
+                let turned: Vec<_> = shape
+                    .iter()
+                    .map(|(angle, off)| edge(angle + f64::from(turn) * std::f64::consts::FRAC_PI_3, off * case.blur_px))
+                    .collect();
                 worst = worst.max((case.kept(&turned) - case.added_up(&turned)).abs());
             }
         }
