@@ -25,8 +25,11 @@ echo "physics …" >&2
 cargo test --release --locked --workspace --test turning -- --nocapture --test-threads 1 >"$parts/physics"
 echo "stripes …" >&2
 cargo test --release --locked --workspace --test stripes -- --nocapture --test-threads 1 >"$parts/stripes"
+echo "sensor …" >&2
+cargo test --release --locked -p ductloop-sensor --test emva --test stripe_physics --test agreement -- --nocapture --test-threads 1 >"$parts/sensor"
 echo "bench …" >&2
 cargo run --release --locked --quiet -- bench --json >"$parts/bench"
 echo "runs …" >&2
 cargo run --release --locked --quiet --example figures -- ${slice[@]+"${slice[@]}"} \
-    --bench "$parts/bench" --physics "$parts/physics" --stripes "$parts/stripes" "$out"
+    --bench "$parts/bench" --physics "$parts/physics" --stripes "$parts/stripes" \
+    --sensor "$parts/sensor" "$out"

@@ -1,11 +1,11 @@
 //! Repeats the figures that the documents quote, and writes them as JSON. `./figures.sh` calls it.
 //!
 //! ```text
-//! cargo run --release --example figures -- [--slice] --bench FILE --physics FILE --stripes FILE OUT.json
+//! cargo run --release --example figures -- [--slice] --bench FILE --physics FILE --stripes FILE --sensor FILE OUT.json
 //! ```
 //!
-//! `--bench` is what `ductloop bench --json` printed; the other two are the printed lines of the tests that measure physics and
-//! rendered stripes. `--slice` takes one seed a scenario instead of eight.
+//! `--bench` is what `ductloop bench --json` printed; the others are the printed lines of the tests that measure physics,
+//! rendered stripes, and the sensor (CCD, light, and the renderers against each other). `--slice` takes one seed a scenario instead of eight.
 
 use std::error::Error;
 use std::path::Path;
@@ -22,6 +22,7 @@ struct Arguments {
     bench: Value,
     physics: Vec<String>,
     stripes: Vec<String>,
+    sensor: Vec<String>,
     out: String,
 }
 
@@ -53,6 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "straight_offset_by_speed_m_s": speed,
         "physics": arguments.physics,
         "stripes": arguments.stripes,
+        "sensor": arguments.sensor,
     });
     std::fs::write(&arguments.out, format!("{document:#}\n"))?;
     println!("{}", arguments.out);
@@ -60,7 +62,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn read_arguments() -> Result<Arguments, Box<dyn Error>> {
-    let (mut seeds, mut bench, mut physics, mut stripes, mut out) = (8, Value::Null, Vec::new(), Vec::new(), None);
+    let (mut seeds, mut bench, mut out) = (8, Value::Null, None);
+    let (mut physics, mut stripes, mut sensor) = (Vec::new(), Vec::new(), Vec::new());
     let mut rest = std::env::args().skip(1);
     while let Some(argument) = rest.next() {
         let mut text = || -> Result<String, Box<dyn Error>> {
@@ -72,10 +75,11 @@ fn read_arguments() -> Result<Arguments, Box<dyn Error>> {
             "--bench" => bench = serde_json::from_str(&text()?)?,
             "--physics" => physics = printed(&text()?, &["chi ", "drift "]),
             "--stripes" => stripes = printed(&text()?, &["px RMS"]),
+            "--sensor" => sensor = printed(&text()?, &[" for ", " DN, worst ", " centres; "]),
             path => out = Some(path.to_owned()),
         }
     }
-    Ok(Arguments { seeds, bench, physics, stripes, out: out.ok_or("the name of the file to write is missing")? })
+    Ok(Arguments { seeds, bench, physics, stripes, sensor, out: out.ok_or("the name of the file to write is missing")? })
 }
 
 /// The lines that tests printed with one of `words` in them, without the name of the test that stands before the first.

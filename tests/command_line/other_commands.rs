@@ -41,10 +41,10 @@ fn bench_measures_every_part_that_is_there() {
     let document = workshop.run(&["bench", "--frames", "10", "--json"]).expect(0).json();
     let agreed = ["frame_px", "threads", "render_ms", "perceive_ms", "physics_steps_per_s", "real_time_factor", "host"];
     assert_eq!(keys(&document)[..7], agreed);
-    assert_eq!(keys(&document)[7..], ["adapter", "render_full_ms", "render_threads_ms"]);
+    assert_eq!(keys(&document)[7..], ["adapter", "render_reflections_ms", "render_full_ms", "render_threads_ms"]);
     assert_eq!(document["frame_px"], json!([640, 480]));
     let measured = |value: &Value| value.as_f64().is_some_and(|value| value > 0.0);
-    for pair in ["render_ms", "render_full_ms", "real_time_factor"] {
+    for pair in ["render_ms", "render_reflections_ms", "render_full_ms", "real_time_factor"] {
         assert!(measured(&document[pair]["cpu"]) && measured(&document[pair]["wgpu"]), "{pair}: {document}");
     }
     let threads = &document["render_threads_ms"];
@@ -57,7 +57,7 @@ fn bench_measures_every_part_that_is_there() {
     let ran = workshop.run_with(&NO_ADAPTER, &["bench", "--frames", "10", "--threads", "1", "--json"]).expect(0);
     let document = ran.json();
     assert!(measured(&document["render_ms"]["cpu"]) && measured(&document["real_time_factor"]["cpu"]), "{document}");
-    for pair in ["render_ms", "render_full_ms", "real_time_factor"] {
+    for pair in ["render_ms", "render_reflections_ms", "render_full_ms", "real_time_factor"] {
         assert!(document[pair]["wgpu"].is_null(), "{pair}: {document}");
     }
     assert_eq!((&document["adapter"], &document["threads"]), (&Value::Null, &json!(1)));
