@@ -12,7 +12,7 @@
 //!
 //! The width w(r) is linear in the distance (assumption): the waist and the spread simply add. A Gaussian beam with the same waist
 //! w0 and the same spread far away is w0 sqrt(1 + (r / rR)^2), which is narrower everywhere between, by a factor sqrt(2) at
-//! r = rR (0.5 m for a line of 2 mm + 4 mrad). Light is met once: what walls scatter onto other walls is left out.
+//! r = rR (0.5 m for a line of 2 mm + 4 mrad). A surface that is not matt has its reflectance B ([`crate::surface`]) in place of `a`.
 
 use ductloop_nav::rig::{Laser, LineWidth};
 use nalgebra::Vector3;
@@ -37,6 +37,9 @@ pub const RANGE_M: f64 = 25.0;
 
 /// Half the number of taps of the point spread, without the middle one.
 pub const PSF_RADIUS: usize = 3;
+
+/// Widest standard deviation to which light without stripes is spread out of focus, in pixels: three of them are twelve taps.
+pub const DEFOCUS_SIGMA_MAX_PX: f64 = 4.0;
 
 /// P of the slits' formula, in DN m^2: [`Optics::stripe_peak_dn`] is reached at the reference.
 pub fn laser_strength(optics: &Optics, line: &LineWidth) -> f64 {

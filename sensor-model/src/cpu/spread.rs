@@ -21,7 +21,7 @@ pub(super) const TILE: usize = 32;
 const DEFOCUS_RADIUS: usize = 12;
 
 /// Widest spread of the filter in pixels; three of it are its reach.
-const SIGMA_MAX_PX: f32 = 4.0;
+const SIGMA_MAX_PX: f32 = crate::light::DEFOCUS_SIGMA_MAX_PX as f32;
 
 /// Steps between no spread and the widest, in the square of its standard deviation.
 const STEPS: usize = 256;

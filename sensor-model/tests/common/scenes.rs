@@ -173,7 +173,21 @@ fn by_hand() -> Vec<Scene> {
     turning.view.motion = Motion { linear_m_s: Vector3::new(0.5, 0.0, 0.0), angular_rad_s: Vector3::new(0.0, 0.0, 2.0) };
     let mut down = scene("looking-down", wide(), duct(1), &plain, base_at(1.5, 0.0, 0.0));
     down.view.world_from_camera *= UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -0.6);
+    let open = || {
+        let straight = [fitting(Shape::Straight { length_m: 3.0 }, 0.5, 0.3, 2)];
+        Network::from_run(&straight, End::Open, End::Open).expect("the fitting fits")
+    };
+    let blurred = Optics { ambient_dn: 100.0, lens: Lens { aperture_m: 1e-3, focus_m: 3.0, ..Lens::default() }, ..plain.clone() };
+    let mut glaring = Optics { stripe_peak_dn: 3000.0, ..plain.clone() };
+    glaring.ccd.blooming = 0.5;
+    let mut at_the_wall = scene("at-the-wall", wide(), duct(1), &plain, base_at(1.5, 0.0, 0.0));
+    at_the_wall.view.world_from_camera =
+        base_at(2.0, 0.131, 60.0) * at_the_wall.rig.mount.base_from_camera(MountAngles::default());
     vec![
+        scene("out-of-focus", wide(), open(), &blurred, base_at(1.5, 0.0, 5.0)),
+        scene("out-of-focus-near", wide(), open(), &blurred, base_at(2.5, 0.0, 15.0)),
+        scene("blooming", wide(), duct(0), &glaring, base_at(1.5, 0.0, 0.0)),
+        at_the_wall,
         scene("straight", wide(), duct(0), &plain, base_at(1.5, 0.0, 0.0)),
         scene("straight-incra1", incra1(), duct(0), &plain, base_at(1.5, 0.0, 0.0)),
         scene("facing", wide(), duct(3), &plain, base_at(5.5, 0.0, 0.0)),
