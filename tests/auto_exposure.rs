@@ -61,6 +61,23 @@ fn stripes_become_as_bright_as_asked_on_dark_and_on_bright_walls() {
     }
 }
 
+/// Whatever the walls are made of, the robot finds its stripes and arrives: also on rubber and polished sheet, which show none at
+/// first.
+#[test]
+fn every_preset_surface_is_driven_down() {
+    let mut surfaces: Vec<String> = std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/presets/surface"))
+        .expect("presets")
+        .map(|file| file.expect("a file").path().file_stem().expect("a name").to_str().expect("UTF-8").to_owned())
+        .collect();
+    surfaces.sort();
+    for surface in surfaces {
+        let (verdict, light, ..) = run(&surface, "");
+        assert_eq!(verdict, Verdict::Pass, "{surface}: {light:?}");
+        let searched = light[1..].iter().position(|now| *now != light[0]).is_some_and(|frames| frames >= 14);
+        assert_eq!(searched, ["mirror", "rubber"].contains(&surface.as_str()), "{surface}: {light:?}");
+    }
+}
+
 #[test]
 fn a_range_that_is_too_narrow_is_kept_to() {
     let (_, light, ..) = run("greasy", "[sensor.auto_exposure]\nmin_ms = 3.0\nmax_ms = 5.0\nmax_power = 1.0\n");

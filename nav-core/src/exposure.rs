@@ -15,7 +15,14 @@
 //! than the dose. That makes the answer slower, not livelier.
 //!
 //! A stripe that saturates shows less light than there is; it is taken for twice the largest grey value, which is far enough from
-//! any target to keep on going and near enough not to fall below it. A frame without stripes changes nothing.
+//! any target to keep on going and near enough not to fall below it.
+//!
+//! A frame without stripes changes nothing: it may be a dropped one. Fifteen in a row mean that the dose is wrong, and a search
+//! begins: the dose is doubled every other frame up to its limit; if that shows nothing, it starts over from where it was and is
+//! halved down to its other limit. Where many pixels are full it is halved first and doubled after that. In either order every dose
+//! is met to a factor of two, so stripes that can be seen at all are. Every other frame, so that also with a camera that obeys one
+//! frame late it is the present dose that shows them. The first frame with stripes ends the search, and the law takes over; a search
+//! in vain goes back to where it began, and begins again after another fifteen frames.
 //!
 //! The dose is met with the exposure as long as that stays in its range, laser power at its nominal value (or what is nearest to
 //! it); beyond the range the power gives way. A long exposure smears what moves, hence the upper limit.
@@ -41,6 +48,17 @@ const QUANTILE: f64 = 0.9;
 const NEAREST_WALL_M: f64 = 0.25;
 /// Pixels of background on either side.
 const BACKGROUND_PX: usize = 6;
+/// So many frames in a row without stripes begin a search. Half a second at 30 frames a second: a navigator that lost the walls has
+/// coasted that long and stands, so that a long exposure smears nothing, and no estimate that could be had is put at risk.
+const PATIENCE_FRAMES: u32 = 15;
+/// Factor from one dose of a search to the next. The meter reads stripes from 6 DN on and takes saturated ones for stripes too, so
+/// wide steps cannot jump over them; two is what the law allows itself in one frame.
+const SEARCH_STEP: f64 = 2.0;
+/// Each dose of a search is held for so many frames: one, and one more for a camera that obeys late.
+const SEARCH_HOLD_FRAMES: u32 = 2;
+/// Share of full pixels from which a frame without stripes counts as too bright: far above any share of hot pixels, and a few rows
+/// of the image.
+const GLARE_SHARE: f64 = 0.01;
 
 /// What automatic exposure aims at and may choose.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,6 +91,18 @@ pub struct Brightness {
     pub saturated: f64,
 }
 
+/// What a frame shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Seen {
+    /// Stripes.
+    Stripes(Brightness),
+    /// No stripes.
+    Nothing {
+        /// Share of the frame's pixels that are full.
+        full: f64,
+    },
+}
+
 /// Reads how bright a frame's stripes are, by itself: also of frames in which perception finds no wall.
 #[derive(Clone, Debug)]
 pub struct Meter {
@@ -91,6 +121,20 @@ pub struct AutoExposure {
     meter: Meter,
     /// Of the frame that comes next: exposure times power, in seconds.
     dose_s: f64,
+    /// Frames in a row without stripes.
+    blind_frames: u32,
+    search: Option<Search>,
+}
+
+/// A search for stripes through the whole range of doses.
+#[derive(Clone, Copy, Debug)]
+struct Search {
+    /// The dose that it began with, in seconds.
+    from_s: f64,
+    /// Towards more light.
+    up: bool,
+    /// The other way was in vain.
+    second_way: bool,
 }
 
 impl Meter {
@@ -129,6 +173,11 @@ impl Meter {
         self.peaks.sort_unstable_by(f64::total_cmp);
         let at = (QUANTILE * (self.peaks.len() - 1) as f64) as usize;
         Some(Brightness { peak_dn: self.peaks[at], saturated: saturated as f64 / self.peaks.len() as f64 })
+    }
+
+    /// What the frame shows.
+    pub fn look(&mut self, frame: &Frame<'_>) -> Seen {
+        self.read(frame).map_or_else(|| Seen::Nothing { full: full_share(frame) }, Seen::Stripes)
     }
 
     /// Takes a column of the scan over.
@@ -170,6 +219,15 @@ impl Meter {
     }
 }
 
+/// Share of the frame's pixels that are full.
+fn full_share(frame: &Frame<'_>) -> f64 {
+    let (full, all) = match frame.pixels {
+        Pixels::Grey8(p) => (p.iter().filter(|v| u16::from(**v) >= frame.max_dn).count(), p.len()),
+        Pixels::Grey16(p) => (p.iter().filter(|v| **v >= frame.max_dn).count(), p.len()),
+    };
+    full as f64 / all.max(1) as f64
+}
+
 impl ExposureParams {
     /// The dose as exposure and laser power: the exposure first.
     pub fn light(&self, dose_s: f64) -> Light {
@@ -177,29 +235,63 @@ impl ExposureParams {
         let exposure_s = (dose_s / 1.0_f64.clamp(least, most)).clamp(shortest_s, longest_s);
         Light { exposure_s, laser_power: (dose_s / exposure_s).clamp(least, most) }
     }
+
+    /// The nearest dose that can be had, in seconds.
+    fn within_reach(&self, dose_s: f64) -> f64 {
+        let [[shortest_s, longest_s], [least, most]] = [self.exposure_s, self.laser_power];
+        dose_s.clamp(shortest_s * least, longest_s * most)
+    }
 }
 
 impl AutoExposure {
     /// For the stripes of a rig.
     pub fn new(params: ExposureParams, rig: &Rig) -> Self {
-        Self { params, meter: Meter::new(rig), dose_s: params.first_exposure_s }
+        Self { params, meter: Meter::new(rig), dose_s: params.first_exposure_s, blind_frames: 0, search: None }
     }
 
     /// How the frame after this one is to be exposed.
     pub fn on_frame(&mut self, frame: &Frame<'_>) -> Light {
-        let seen = self.meter.read(frame);
+        let seen = self.meter.look(frame);
         self.follow(seen)
     }
 
-    /// The law: how the frame is to be exposed that comes after one with stripes of this brightness.
-    pub fn follow(&mut self, seen: Option<Brightness>) -> Light {
+    /// The law: how the frame is to be exposed that comes after one that shows this.
+    pub fn follow(&mut self, seen: Seen) -> Light {
         const LARGEST_DN: f64 = 255.0;
-        if let Some(Brightness { peak_dn, .. }) = seen {
-            let error = libm::log(self.params.target_dn / peak_dn.min(2.0 * LARGEST_DN));
-            let [[shortest_s, longest_s], [least, most]] = [self.params.exposure_s, self.params.laser_power];
-            let dose_s = self.dose_s * libm::exp((GAIN * error).clamp(-STEP_MAX, STEP_MAX));
-            self.dose_s = dose_s.clamp(shortest_s * least, longest_s * most);
+        match seen {
+            Seen::Stripes(Brightness { peak_dn, .. }) => {
+                (self.blind_frames, self.search) = (0, None);
+                let error = libm::log(self.params.target_dn / peak_dn.min(2.0 * LARGEST_DN));
+                let factor = libm::exp((GAIN * error).clamp(-STEP_MAX, STEP_MAX));
+                self.dose_s = self.params.within_reach(self.dose_s * factor);
+            }
+            Seen::Nothing { full } => {
+                self.blind_frames += 1;
+                let searched = self.blind_frames.checked_sub(PATIENCE_FRAMES);
+                if searched.is_some_and(|frames| frames % SEARCH_HOLD_FRAMES == 0) {
+                    self.search_on(full);
+                }
+            }
         }
         self.params.light(self.dose_s)
+    }
+
+    /// The next dose of a search, or the first after the frame that makes it one.
+    fn search_on(&mut self, full: f64) {
+        let begin = Search { from_s: self.dose_s, up: full < GLARE_SHARE, second_way: false };
+        let mut search = self.search.unwrap_or(begin);
+        let next_s = |dose_s: f64, up| self.params.within_reach(if up { dose_s * SEARCH_STEP } else { dose_s / SEARCH_STEP });
+        let mut dose_s = next_s(self.dose_s, search.up);
+        // At a limit, which this frame was exposed with: there is nothing that way.
+        if dose_s == self.dose_s && !search.second_way {
+            search = Search { up: !search.up, second_way: true, ..search };
+            dose_s = next_s(search.from_s, search.up);
+        }
+        if dose_s == self.dose_s && search.second_way {
+            // All in vain.
+            (self.dose_s, self.blind_frames, self.search) = (search.from_s, 0, None);
+        } else {
+            (self.dose_s, self.search) = (dose_s, Some(search));
+        }
     }
 }
