@@ -3,6 +3,7 @@
 //! Everything is exact polygons in double precision, in the camera's frame, so that the image does not depend on how far from
 //! the world's origin the robot is. Both renderers draw from it. In the order in which it is made:
 //!
+//! - `standpoint`: whether a camera can be where it is;
 //! - [`region`]: pieces of sheets that the camera sees, their spangle and seams; open ends;
 //! - `sightings`: pieces of sheets that the lasers light, seen or not;
 //! - `strips`: where the two meet, and `shadow` and `gaps`: what bodies take away from that;
@@ -35,11 +36,13 @@ pub mod region;
 mod shadow;
 pub(crate) mod sightings;
 pub(crate) mod slit;
+mod standpoint;
 mod strips;
 mod wide_ghosts;
 
 pub use glow_patch::{GLOW_SPACING_PX, GlowPatch};
 pub use region::{Region, Seam};
+pub use standpoint::{CLEAR_M, clear_cell};
 
 use gaps::Gaps;
 use ghosts::Ghosts;
@@ -199,10 +202,10 @@ impl FrameGeometry {
     }
 
     /// Makes the frame's geometry, with the lasers at these powers (shares of nominal). Returns false when the camera is outside the
-    /// network.
+    /// network or against a wall: where [`clear_cell`] finds none.
     pub fn build(&mut self, scenery: &Scenery, sweep: &Sweep, laser_power: &[f64; MAX_LASERS]) -> bool {
         let position = Point3::from(sweep.world_from_camera.translation.vector);
-        let Some(cell) = scenery.cell_at(&position, self.camera_cell) else { return false };
+        let Some(cell) = clear_cell(scenery, &position, self.camera_cell) else { return false };
         self.camera_cell = cell;
         let frame = Frame::new(scenery, sweep, laser_power);
         self.clear();

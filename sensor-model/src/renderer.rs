@@ -5,6 +5,7 @@ use ductloop_nav::rig::RigError;
 use nalgebra::Vector3;
 
 use crate::Transform;
+use crate::frame_geometry::CLEAR_M;
 use crate::light::FAN_MAX_DEG;
 use crate::optics::{Bits, OpticsError};
 
@@ -102,10 +103,10 @@ pub enum RenderError {
     /// The device did not finish a frame in time.
     #[error("the graphics device did not finish a frame within {0} s")]
     Hung(f64),
-    /// The camera is not inside the duct.
+    /// The camera is not inside the duct, or less than [`CLEAR_M`] from a wall or a body.
     #[error(
-        "the camera at ({:.3}, {:.3}, {:.3}) m, looking along ({:.3}, {:.3}, {:.3}), is outside the duct",
-        position_m[0], position_m[1], position_m[2], direction[0], direction[1], direction[2]
+        "the camera at ({:.3}, {:.3}, {:.3}) m, looking along ({:.3}, {:.3}, {:.3}), is outside the duct, or nearer than {} mm to its metal",
+        position_m[0], position_m[1], position_m[2], direction[0], direction[1], direction[2], CLEAR_M * 1e3
     )]
     OutsideNetwork {
         /// Where, in the world.
@@ -124,7 +125,7 @@ pub enum RenderError {
     BufferSize {
         /// Pixels of the camera.
         expected: usize,
-        /// Bytes given.
+        /// Pixels given.
         given: usize,
     },
     /// The image has more pixels than the device's buffers hold.
@@ -227,7 +228,7 @@ impl View {
         Ok(())
     }
 
-    /// The error that names this view's pose.
+    /// The error that names this view's pose: of a camera for which [`crate::frame_geometry::clear_cell`] finds no cell.
     pub fn outside_network(&self) -> RenderError {
         let pose = &self.world_from_camera;
         RenderError::OutsideNetwork {

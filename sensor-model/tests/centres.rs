@@ -53,7 +53,7 @@ fn differences(rig: &Rig, network: &ductloop_duct::network::Network, base: &Tran
         // Faint, saturated, or near an end of the lit piece, where the lines beside it have another light.
         let peak = (middle - half..=middle + half).map(|k| at(line, k)).fold(0.0, f64::max);
         let uneven = (-3..=3).any(|off| (sum_of(line + off) / light - 1.0).abs() > 0.05);
-        if peak < 300.0 || peak > 4090.0 || uneven {
+        if !(300.0..=4090.0).contains(&peak) || uneven {
             continue;
         }
         let centroid = (middle - half..=middle + half).map(|k| at(line, k) * (k - middle) as f64).sum::<f64>() / light;

@@ -4,12 +4,17 @@
 mod common;
 
 use common::{LOOKS, base_at, duct, quiet, straight, view, wide};
+use ductloop_duct::cell::{Solid, SurfaceId};
+use ductloop_duct::network::Network;
 use ductloop_nav::rig::Rig;
-use ductloop_sensor::WgpuRenderer;
+use ductloop_sensor::frame_geometry::clear_cell;
 use ductloop_sensor::gpu::Gpu;
 use ductloop_sensor::optics::{Lens, Optics};
 use ductloop_sensor::renderer::{RenderError, Renderer, View};
+use ductloop_sensor::scenery::Scenery;
 use ductloop_sensor::surface::Look;
+use ductloop_sensor::{CpuRenderer, Transform, WgpuRenderer};
+use nalgebra::{Point3, Vector3};
 
 fn made(rig: &Rig, optics: &Optics, looks: &[Look]) -> Option<Result<WgpuRenderer, RenderError>> {
     Some(WgpuRenderer::new(common::gpu()?, &duct(&[straight(6.0, 0.5, 0.3)]), rig, optics, looks, 1))
@@ -55,7 +60,8 @@ fn a_frame_that_cannot_be_made_leaves_the_image_alone() {
     let error = renderer.render(&outside, pixels.as_mut_slice().into()).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "the camera at (1.620, 0.300, 0.100) m, looking along (1.000, 0.000, 0.000), is outside the duct"
+        "the camera at (1.620, 0.300, 0.100) m, looking along (1.000, 0.000, 0.000), is outside the duct, or nearer than 2 mm to \
+         its metal"
     );
     let nowhere = view(&rig, &base_at(f64::NAN, 0.0, 0.0));
     assert!(matches!(renderer.render(&nowhere, pixels.as_mut_slice().into()), Err(RenderError::OutsideNetwork { .. })));
@@ -67,6 +73,70 @@ fn a_frame_that_cannot_be_made_leaves_the_image_alone() {
     // After all of which it still renders.
     renderer.render(&inside, pixels.as_mut_slice().into()).unwrap();
     assert!(pixels.iter().any(|dn| *dn > 20));
+}
+
+/// A block on the floor, from x = 2.95 to 3.05 m, y = -0.05 to 0.05 m and up to z = 0.1 m, in a duct in two pieces that join
+/// within it.
+fn blocked() -> Network {
+    let mut network = duct(&[straight(3.0, 0.5, 0.3), straight(3.0, 0.5, 0.3)]);
+    let world_from_block = Transform::translation(3.0, 0.0, 0.0);
+    network.add_solid(&Solid::cuboid(&world_from_block, Vector3::new(0.1, 0.1, 0.1), SurfaceId(0)));
+    network
+}
+
+#[test]
+fn a_camera_against_metal_is_refused_by_both_renderers() {
+    let rig = wide();
+    let network = blocked();
+    let cpu = CpuRenderer::new(&network, &rig, &quiet(), &LOOKS, 1, 1).expect("a sound scene");
+    let mut renderers: Vec<Box<dyn Renderer>> = vec![Box::new(cpu)];
+    if let Some(gpu) = common::gpu() {
+        renderers.push(Box::new(WgpuRenderer::new(gpu, &network, &rig, &quiet(), &LOOKS, 1).expect("a sound scene")));
+    }
+    // Looking along the duct.
+    let at = |x_m: f64, y_m: f64, z_m: f64| {
+        let mut view = view(&rig, &base_at(0.0, 0.0, 0.0));
+        view.world_from_camera.translation.vector = Vector3::new(x_m, y_m, z_m);
+        view
+    };
+    let mut pixels = vec![77_u8; 640 * 480];
+    for renderer in &mut renderers {
+        pixels.fill(77);
+        for (x_m, y_m, z_m) in [
+            // In the wall's plane, a millimetre before it, at floor and ceiling.
+            (1.0, 0.25, 0.1),
+            (1.0, -0.249, 0.1),
+            (1.0, 0.0, 0.0),
+            (1.0, 0.0, 0.2985),
+            // In the block's middle, just inside it, just above it.
+            (3.0, 0.0, 0.05),
+            (2.96, 0.0, 0.09),
+            (3.0, 0.0, 0.1015),
+        ] {
+            let error = renderer.render(&at(x_m, y_m, z_m), pixels.as_mut_slice().into()).expect_err("metal");
+            assert!(matches!(error, RenderError::OutsideNetwork { position_m, .. } if position_m == [x_m, y_m, z_m]), "{error}");
+        }
+        assert!(pixels.iter().all(|dn| *dn == 77));
+        // As near as it may be; and in the joint, which is no wall, above the block.
+        for (x_m, y_m, z_m) in [(1.0, 0.248, 0.1), (1.0, 0.0, 0.002), (3.0, 0.0, 0.102), (2.9999, 0.1, 0.1)] {
+            renderer.render(&at(x_m, y_m, z_m), pixels.as_mut_slice().into()).expect("a free camera");
+            assert!(pixels.iter().any(|dn| *dn > 20), "({x_m}, {y_m}, {z_m})");
+        }
+    }
+}
+
+#[test]
+fn metal_beyond_an_opening_is_metal() {
+    // A block that begins half a millimetre past the joint at x = 3 m: only the second cell knows it.
+    let mut network = duct(&[straight(3.0, 0.5, 0.3), straight(3.0, 0.5, 0.3)]);
+    let world_from_block = Transform::translation(3.0505, 0.0, 0.0);
+    network.add_solid(&Solid::cuboid(&world_from_block, Vector3::new(0.1, 0.1, 0.1), SurfaceId(0)));
+    assert_eq!([0, 1].map(|cell| network.cells[cell].solids.len()), [0, 1]);
+    let scenery = Scenery::new(&network, &LOOKS).expect("sound looks");
+    let clear = |x_m: f64, y_m: f64| clear_cell(&scenery, &Point3::new(x_m, y_m, 0.05), 0);
+    assert_eq!((clear(2.9995, 0.0), clear(2.9984, 0.0)), (None, Some(0)));
+    // Beside it, in the joint.
+    assert_eq!((clear(2.9995, 0.1), clear(3.0005, 0.1)), (Some(0), Some(1)));
 }
 
 #[test]

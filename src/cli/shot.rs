@@ -74,15 +74,24 @@ pub(crate) fn of_run(
     Ok(Some(shots))
 }
 
+/// Largest angle of a pose, in degrees, either way. More is a slip, and far more has lost its digits.
+const TURN_DEG: f64 = 360.0;
+
 /// A camera at `pose`: x, y, z in metres, then yaw, pitch and roll in degrees.
 ///
 /// # Errors
-/// Where these are not six numbers.
+/// Where these are not six numbers, or an angle is more than a whole turn.
 pub(crate) fn of_pose(scenario: &Scenario, pose: &[f64]) -> Result<Shot, Problem> {
     let &[x_m, y_m, z_m, yaw_deg, pitch_deg, roll_deg] = pose else {
         let message = format!("six numbers are needed, not {}: X,Y,Z in metres, YAW,PITCH,ROLL in degrees", pose.len());
         return Err(Problem::new(Problem::WRONG_INPUT, message).about("--pose").help("as in `--pose 2,0,0.15,0,0,0`"));
     };
+    for (name, angle_deg) in [("yaw", yaw_deg), ("pitch", pitch_deg), ("roll", roll_deg)] {
+        if angle_deg.abs() > TURN_DEG {
+            let message = format!("{name} is {angle_deg} degrees; it must be from -{TURN_DEG} to {TURN_DEG}");
+            return Err(Problem::new(Problem::WRONG_INPUT, message).about("--pose"));
+        }
+    }
     // A mount that stands still in the world: its pan is the yaw, its tilt the pitch.
     let stand = Mount {
         position_in_base_m: Point3::new(x_m, y_m, z_m),

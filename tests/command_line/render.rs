@@ -131,8 +131,16 @@ fn a_camera_can_be_anywhere_in_the_duct() {
     let depth = &workshop.files(".")["p.depth.npy"];
     let middle = f32::from_le_bytes(depth[128 + 4 * (240 * 640 + 320)..][..4].try_into().expect("four bytes"));
     assert!((middle - 0.15).abs() < 1e-6, "{middle}");
-    for (pose_text, words) in [("0.8,0.6,0.15,0,0,0", "outside the duct"), ("1,2,3", "six numbers"), ("a,0,0,0,0,0", "a number")]
-    {
+    for (pose_text, words) in [
+        ("0.8,0.6,0.15,0,0,0", "outside the duct"),
+        // In the wall, and a millimetre before it.
+        ("0.8,0.25,0.1,90,0,0", "nearer than 2 mm"),
+        ("0.8,0.249,0.1,60,0,0", "nearer than 2 mm"),
+        ("0.8,0,0.1,360.5,0,0", "yaw is 360.5 degrees; it must be from -360 to 360"),
+        ("0.8,0,0.1,0,0,-1e9", "roll is -1000000000 degrees"),
+        ("1,2,3", "six numbers"),
+        ("a,0,0,0,0,0", "a number"),
+    ] {
         workshop.run(&[&pose[..], &[pose_text]].concat()).expect(2).saying(&["--pose", words]);
     }
 }

@@ -1,15 +1,21 @@
 //! Rules between the fields of the sensor and of the surfaces: exposures that fit between frames, optics and lenses that can be,
 //! lasers that show depth.
 
+use ductloop_duct::network::Network;
 use ductloop_nav::rig::{Rig, RigError};
+use ductloop_sensor::frame_geometry::{CLEAR_M, clear_cell};
 use ductloop_sensor::lens::Projection;
 use ductloop_sensor::optics::FanProfile;
 use ductloop_sensor::renderer::MAX_LASERS;
+use ductloop_sensor::scenery::Scenery;
 
-use super::Cross;
+use super::{Cross, up_mm};
 
 /// Margin about the image that the renderers need rays for, in pixels: point spread and blur reach beyond its edge.
 const MARGIN_PX: f64 = 4.0;
+
+/// What rounding may take from a distance, in metres.
+const ROUNDING_M: f64 = 1e-9;
 
 impl Cross<'_> {
     pub(super) fn sensor(&mut self) {
@@ -137,6 +143,54 @@ impl Cross<'_> {
                 "a barrel-shaped image of a short lens has k1 about -0.3 and k2 about 0.1; with zeros there is no distortion";
             self.wrong(&[distortion, "sensor.camera", "sensor"], error.to_string(), help.to_owned());
         }
+    }
+
+    /// The camera is in the duct and off its walls at the start.
+    pub(super) fn start_view(&mut self, network: &Network) {
+        let path = "sensor.camera.position_in_base_m";
+        if !self.checked.is_sound(&[path, "start", "duct", "surface", "robot"]) {
+            return;
+        }
+        let scenario = self.scenario;
+        let looks: Vec<_> = scenario.surfaces.iter().map(|surface| surface.look).collect();
+        // Looks that cannot be are told elsewhere.
+        let Ok(scenery) = Scenery::new(network, &looks) else { return };
+        // The mount's axes meet in the camera's centre: where they point makes no difference.
+        let camera_in_base = scenario.rig.mount.position_in_base_m;
+        let camera = scenario.world_from_start(network) * camera_in_base;
+        if clear_cell(&scenery, &camera, 0).is_some() {
+            return;
+        }
+        let place = match scenery.cell_at(&camera, 0) {
+            Some(_) => format!("nearer than {} mm to metal", CLEAR_M * 1e3),
+            None => "outside the duct".to_owned(),
+        };
+        // As in a straight: across it a point of the base frame is at lateral + x sin + y cos.
+        let (sin, cos) = (libm::sin(scenario.start.heading_rad), libm::cos(scenario.start.heading_rad));
+        let half_m = scenario.duct.width_m / 2.0 - CLEAR_M;
+        let across = |y_m: f64| (y_m - scenario.start.lateral_m - camera_in_base.x * sin) / cos;
+        // Across the duct, y of the base frame says little.
+        const LEAST_COS: f64 = 0.1;
+        let help = [(2, "z", CLEAR_M, scenario.duct.height_m - CLEAR_M), (1, "y", across(-half_m), across(half_m))]
+            .into_iter()
+            .find(|(axis, _, low_m, high_m)| {
+                let is_free = (low_m - ROUNDING_M..=high_m + ROUNDING_M).contains(&camera_in_base[*axis]);
+                !is_free && (*axis == 2 || cos > LEAST_COS)
+            })
+            .map_or_else(
+                || {
+                    "here the duct ends, bends or has a body in it: another place on the robot, or another `start.distance_m`"
+                        .to_owned()
+                },
+                |(_, name, low_m, high_m)| {
+                    format!("at this start, in a straight, {name} may be {:.3} to {:.3}", up_mm(low_m), -up_mm(-high_m))
+                },
+            );
+        self.wrong(
+            &[path, "sensor.camera", "sensor", "duct.height_m"],
+            format!("at the start the camera, {:?} in the base frame, is {place}", camera_in_base.coords.as_slice()),
+            help,
+        );
     }
 
     fn rig(&mut self) {
