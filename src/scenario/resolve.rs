@@ -11,7 +11,7 @@ use nalgebra::Point3;
 
 use super::check::Checked;
 use super::criteria::{Bound, Criteria, Criterion};
-use super::diagnostic::Diagnostics;
+use super::diagnostic::{Diagnostics, Finding};
 use super::fields::{self, Default, Field, Scale, Slot};
 use super::model::{AutoExposure, Control, Duct, Finish, Law, Navigation, Perception, Pipeline, Rates, RigDeviation, Start};
 use super::source::{Sources, Span};
@@ -33,8 +33,11 @@ pub(super) fn resolve(typed: &Typed) -> Result<Scenario, Diagnostics> {
     let mut checked = Checked::default();
     checked.table(fields::root(), &mut root, "", Span::default());
     if !checked.is_sound(&[fields::KIND, fields::FORMAT]) {
-        // Of a file of another kind or format nothing else can be said.
-        checked.findings.retain(|f| [fields::KIND, fields::FORMAT].iter().any(|path| typed.span(path) == f.span));
+        // Of a file of another kind or format nothing else can be said. If neither is there, but a key like it, that one is told of.
+        let of_kind = |f: &Finding| [fields::KIND, fields::FORMAT].iter().any(|path| typed.span(path) == f.span);
+        if checked.findings.iter().any(of_kind) {
+            checked.findings.retain(of_kind);
+        }
         return fail([typed.findings.clone(), checked.findings].concat());
     }
     if !typed.findings.is_empty() {

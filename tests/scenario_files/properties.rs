@@ -33,6 +33,14 @@ fn read_and_render(text: &str) {
     }
 }
 
+/// `normal` is near enough to `format` to be taken for it; the error must not get lost between the two.
+#[test]
+fn a_key_that_is_like_format_is_told_of() {
+    for text in ["normal = 1", "normal = \"\"#", "knd = \"scenario\""] {
+        read_and_render(text);
+    }
+}
+
 /// Other values near `old`, with few digits, so that they are their own shortest spelling.
 fn others(old: &str) -> Vec<String> {
     if old == "true" || old == "false" {
