@@ -26,7 +26,7 @@ cargo test --release --locked --workspace --test turning -- --nocapture --test-t
 echo "stripes …" >&2
 cargo test --release --locked --workspace --test stripes -- --nocapture --test-threads 1 >"$parts/stripes"
 echo "sensor …" >&2
-cargo test --release --locked -p ductloop-sensor --test emva --test stripe_physics --test agreement -- --nocapture --test-threads 1 >"$parts/sensor"
+cargo test --release --locked -p ductloop-sensor --test emva --test stripe_physics --test centres --test agreement -- --nocapture --test-threads 1 >"$parts/sensor"
 echo "bench …" >&2
 cargo run --release --locked --quiet -- bench --json >"$parts/bench"
 echo "runs …" >&2

@@ -75,7 +75,7 @@ fn read_arguments() -> Result<Arguments, Box<dyn Error>> {
             "--bench" => bench = serde_json::from_str(&text()?)?,
             "--physics" => physics = printed(&text()?, &["chi ", "drift "]),
             "--stripes" => stripes = printed(&text()?, &["px RMS"]),
-            "--sensor" => sensor = printed(&text()?, &[" for ", " DN, worst ", " centres; "]),
+            "--sensor" => sensor = printed(&text()?, &[" for ", " px RMS", " DN, worst ", " centres; "]),
             path => out = Some(path.to_owned()),
         }
     }

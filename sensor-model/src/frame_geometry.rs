@@ -41,6 +41,7 @@ mod strips;
 mod wide_ghosts;
 
 pub use glow_patch::{GLOW_SPACING_PX, GlowPatch};
+pub(crate) use region::inverse_depth;
 pub use region::{Region, Seam};
 pub use standpoint::{CLEAR_M, clear_cell};
 

@@ -4,9 +4,7 @@
 
 use std::ops::Range;
 
-use nalgebra::{Point3, Vector3};
-
-use crate::frame_geometry::FrameGeometry;
+use crate::frame_geometry::{FrameGeometry, inverse_depth};
 use crate::gpu_blocks::{Bases, RegionBlock, StripBlock, four};
 use crate::gpu_mesh::Mesh;
 use crate::gpu_tiles::Tiles;
@@ -90,7 +88,7 @@ impl FrameData {
         }
         for grille in &geometry.grilles {
             let corners = &geometry.corners[grille.clone()];
-            if let Some(plane) = plane_through(corners) {
+            if let Some(plane) = inverse_depth(corners) {
                 self.sheets.add_polygon(corners, &plane, projection, self.region_blocks.len() as u32);
                 self.region_blocks.push(RegionBlock::open_end());
                 self.tiles.mark(corners, projection);
@@ -104,13 +102,4 @@ impl FrameData {
             self.strip_blocks.push(StripBlock::of(strip, strengths[strip.laser], &bases));
         }
     }
-}
-
-/// The plane of a polygon as n / o; none for one that is seen edge on.
-fn plane_through(corners: &[Point3<f64>]) -> Option<Vector3<f64>> {
-    let normal: Vector3<f64> =
-        corners.iter().enumerate().map(|(i, a)| a.coords.cross(&corners[(i + 1) % corners.len()].coords)).sum();
-    let offset_m = normal.dot(&corners.first()?.coords);
-    let plane = normal / offset_m;
-    plane.iter().all(|v| v.is_finite()).then_some(plane)
 }

@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 
 use super::raster::DARK;
-use crate::frame_geometry::{FrameGeometry, GlowPatch};
+use crate::frame_geometry::{FrameGeometry, GlowPatch, inverse_depth};
 use crate::light::headlamp_strength;
 use crate::noise::finalise;
 use crate::optics::Optics;
@@ -116,14 +116,6 @@ pub(super) fn collect(geometry: &FrameGeometry, scenery: &Scenery, optics: &Opti
         let inverse_depth = inverse_depth(&geometry.corners[grille.clone()]).map_or([0.0; 3], |plane| single(&plane));
         surfaces.push(Surface { inverse_depth, even_dn: optics.ambient_dn as f32, class: DARK - 1, ..Surface::nothing() });
     }
-}
-
-/// n / o of a polygon's plane; none of one that is seen edge on.
-fn inverse_depth(corners: &[Point3<f64>]) -> Option<Vector3<f64>> {
-    let next = |i: usize| corners[(i + 1) % corners.len()].coords;
-    let normal: Vector3<f64> = corners.iter().enumerate().map(|(i, corner)| corner.coords.cross(&next(i))).sum();
-    let plane = normal / normal.dot(&corners.first()?.coords);
-    plane.iter().all(|v| v.is_finite()).then_some(plane)
 }
 
 impl Surface {

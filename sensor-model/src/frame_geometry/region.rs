@@ -10,6 +10,15 @@ use crate::Transform;
 use crate::scenery::{Room, Sheet, SheetId};
 use crate::surface::Look;
 
+/// n / o of the plane of a polygon in the camera's frame: its product with a ray (x, y, 1) is the inverse depth there. None of one that
+/// is seen edge on.
+pub(crate) fn inverse_depth(corners: &[Point3<f64>]) -> Option<Vector3<f64>> {
+    let next = |i: usize| corners[(i + 1) % corners.len()].coords;
+    let normal: Vector3<f64> = corners.iter().enumerate().map(|(i, corner)| corner.coords.cross(&next(i))).sum();
+    let plane = normal / normal.dot(&corners.first()?.coords);
+    plane.iter().all(|v| v.is_finite()).then_some(plane)
+}
+
 /// A visible piece of a sheet, in the camera's frame. The regions of walls do not overlap in the image; those of bodies' faces
 /// hide what is behind them.
 #[derive(Clone, Debug, PartialEq)]
