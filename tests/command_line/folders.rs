@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::workshop::{Workshop, scenario};
+use super::workshop::{Workshop, long, scenario};
 
 /// Another scenario of the same name as `short.toml`.
 fn another() -> String {
@@ -149,9 +149,14 @@ fn what_is_not_a_regular_file_is_refused_and_links_are_followed() {
 fn a_folder_that_goes_while_the_run_is_on_is_made_again() {
     let workshop = Workshop::new();
     workshop.write("out/other/file", "somebody's");
-    let mut running = workshop.start(&["run", "short.toml"]);
+    workshop.write("long.toml", long("long"));
+    let mut running = workshop.start(&["run", "long.toml"]);
     running.until_it_simulates();
+    // It must not end between the look and the removal.
+    running.signal("STOP");
+    assert!(!workshop.names("out").contains(&"long".into()), "it ended before its folder went");
     fs::remove_dir_all(workshop.path("out")).expect("removed");
+    running.signal("CONT");
     running.wait().expect(0);
-    workshop.assert_whole("short");
+    workshop.assert_whole("long");
 }

@@ -1,12 +1,7 @@
 //! Ctrl-C and worse: whole folders or none.
 #![cfg(unix)]
 
-use super::workshop::{Workshop, scenario};
-
-/// A run that lasts long enough to be interrupted on any machine.
-fn long(name: &str) -> String {
-    scenario(name, 12.0)
-}
+use super::workshop::{Workshop, long};
 
 #[test]
 fn ctrl_c_exits_130_and_leaves_nothing_of_the_run() {

@@ -36,6 +36,11 @@ pub(crate) struct Running {
     stderr: PathBuf,
 }
 
+/// A run that lasts long enough to be interrupted on any machine.
+pub(crate) fn long(name: &str) -> String {
+    scenario(name, 12.0)
+}
+
 /// A robot that drives `length_m` less the half metre at either end, and must arrive.
 pub(crate) fn scenario(name: &str, length_m: f64) -> String {
     format!(
