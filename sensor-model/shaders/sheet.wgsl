@@ -9,16 +9,26 @@ struct Region {
     look: vec4<f32>,
     // s of the sheet's texture, and the brightness of an open end
     texture_s: vec4<f32>,
+    // t likewise, and pairs of places along the way, 0 where the middle alone stands for it
     texture_t: vec4<f32>,
+    // how s, t and n change in the exposure
+    sweep_s: vec4<f32>,
+    sweep_t: vec4<f32>,
+    turn: vec4<f32>,
     // first seam, number of seams, bits of the sheet's number, first node of the glow
     marks: vec4<u32>,
     // column and row of that node; columns, which are 0 where there is no glow, and rows
     nodes: vec4<i32>,
 }
 
+struct Seam {
+    // ridge, width
+    ridge: vec4<f32>,
+    sweep: vec4<f32>,
+}
+
 @group(0) @binding(2) var<storage, read> regions: array<Region>;
-// ridge, width
-@group(0) @binding(3) var<storage, read> seams: array<vec4<f32>>;
+@group(0) @binding(3) var<storage, read> seams: array<Seam>;
 @group(0) @binding(4) var<storage, read> glow: array<f32>;
 
 override GLOWING: bool = false;
@@ -34,6 +44,7 @@ struct Sheet {
     @location(3) @interpolate(flat) texture_t: vec4<f32>,
     @location(4) @interpolate(flat) marks: vec4<u32>,
     @location(5) @interpolate(flat) nodes: vec4<i32>,
+    @location(6) @interpolate(flat) item: u32,
 }
 
 @vertex
@@ -41,6 +52,7 @@ fn sheet_corner(corner: Corner) -> Sheet {
     let region = regions[corner.item];
     return Sheet(
         clip_position(corner), region.plane, region.look, region.texture_s, region.texture_t, region.marks, region.nodes,
+        corner.item,
     );
 }
 
@@ -149,6 +161,24 @@ fn spangle(at: vec2<f32>, sheet_bits: u32) -> f32 {
     return along_t.x * dot(along_s, before) + along_t.y * dot(along_s, after);
 }
 
+// Distance of the two places of Gauss' rule from the middle of a part.
+const GAUSS: f32 = 0.28867513;
+
+// A shorter way, in pixels, is taken as this one, so that nothing is divided by 0; what it adds is taken from the pixel's own blur.
+const WAY_MIN_PX: f32 = 0.5;
+
+// The integral of Phi.
+fn phi_integral(z: f32) -> f32 {
+    return z * phi(z) + 0.39894228 * exp(-0.5 * z * z);
+}
+
+// What a gap takes at the distance `across` from its middle, moved along `way` and blurred.
+fn smeared(across: f32, half: f32, way: f32, softness: f32) -> f32 {
+    let far = phi_integral((across + half + 0.5 * way) * softness) - phi_integral((across + half - 0.5 * way) * softness);
+    let near = phi_integral((across - half + 0.5 * way) * softness) - phi_integral((across - half - 0.5 * way) * softness);
+    return (far - near) / (way * softness);
+}
+
 // T of a pixel.
 fn pattern(in: Sheet, pixel: PixelRay) -> f32 {
     let inverse = 1.0 / dot(in.plane.xyz, pixel.ray);
@@ -156,20 +186,40 @@ fn pattern(in: Sheet, pixel: PixelRay) -> f32 {
     let softness = inverseSqrt(blur_px2);
     var bright = 1.0;
     for (var i = in.marks.x; i < in.marks.x + in.marks.y; i++) {
-        let seam = seams[i];
+        let seam = seams[i].ridge;
+        let sweep = seams[i].sweep.xyz;
         let off_m = dot(seam.xyz, pixel.ray) * inverse;
         let slope = ((seam.xy - in.plane.xy * off_m) * inverse) * pixel.per_pixel;
         let per_px = inverseSqrt(dot(slope, slope));
         let across = off_m * per_px;
         let half = 0.5 * seam.w * per_px;
-        bright *= 1.0 - phi((across + half) * softness) + phi((across - half) * softness);
+        if any(sweep != vec3(0.0)) {
+            let moved = abs(dot(sweep, pixel.ray) * inverse * per_px);
+            let way = max(moved, WAY_MIN_PX);
+            bright *= 1.0 - smeared(across, half, way, inverseSqrt(blur_px2 - (way * way - moved * moved) * BOX_PX2));
+        } else {
+            bright *= 1.0 - phi((across + half) * softness) + phi((across - half) * softness);
+        }
+    }
+    if in.look.w == 0.0 {
+        return bright;
     }
     let s = dot(in.texture_s.xyz, pixel.ray) * inverse;
     let t = dot(in.texture_t.xyz, pixel.ray) * inverse;
     let slope_s = ((in.texture_s.xy - in.plane.xy * s) * inverse) * pixel.per_pixel;
     let slope_t = ((in.texture_t.xy - in.plane.xy * t) * inverse) * pixel.per_pixel;
-    let cycles = 0.25 * (length(slope_s) + length(slope_t));
-    // 2 pi^2
-    let kept = exp(-19.739209 * blur_px2 * cycles * cycles);
-    return bright * max(1.0 + in.look.w * kept * spangle(vec2(s, t), in.marks.z), 0.0);
+    // 2 SPANGLE_SLOPE2 of noise.rs
+    let lost = 1.0 + 6.744356 * blur_px2 * vec2(dot(slope_s, slope_s), dot(slope_t, slope_t));
+    let strength = in.look.w * inverseSqrt(sqrt(lost.x * lost.y));
+    let pairs = in.texture_t.w;
+    if pairs == 0.0 {
+        return bright * max(1.0 + strength * spangle(vec2(s, t), in.marks.z), 0.0);
+    }
+    let swept = vec2(dot(regions[in.item].sweep_s.xyz, pixel.ray), dot(regions[in.item].sweep_t.xyz, pixel.ray));
+    let part = (swept - vec2(s, t) * dot(regions[in.item].turn.xyz, pixel.ray)) * (inverse / pairs);
+    var sum = 0.0;
+    for (var middle = 0.5 - 0.5 * pairs; middle < 0.5 * pairs; middle += 1.0) {
+        sum += spangle(vec2(s, t) + (middle - GAUSS) * part, in.marks.z) + spangle(vec2(s, t) + (middle + GAUSS) * part, in.marks.z);
+    }
+    return bright * max(1.0 + strength * sum / (2.0 * pairs), 0.0);
 }

@@ -1,9 +1,10 @@
 //! An exposure with a moving camera, divided into parts so short that what they blur is blurred right.
 //!
-//! Within a part, a stripe's middle moves by a fraction of its own width, which its closed form takes as variance; all else
-//! (edges, shadows, seams, spangles) stands still where it is in the part's middle. So the number of parts is the number of
+//! Within a part, a stripe's middle moves by a fraction of its own width, which its closed form takes as variance; edges and shadows
+//! stand still where they are in the part's middle. So the number of parts is the number of
 //! pixels that anything of this kind moves in the image during the exposure, end to end. What moves along itself does not count: the
-//! edges of a straight duct, and stripes, seen by a robot that drives along it.
+//! edges of a straight duct, and stripes, seen by a robot that drives along it. Nor do seams and spangles, whose closed forms hold for
+//! any motion.
 //!
 //! The light of a frame is the mean of its parts' light. Left out: the parts' number is limited, so that what moves farther than
 //! [`PARTS_MAX`] pixels is seen as so many pictures beside each other; and motion is at constant speed.
@@ -112,15 +113,6 @@ fn count(view: &View, exposure_s: f64, geometry: &FrameGeometry) -> usize {
         let corners = &geometry.corners[region.outline.clone()];
         for (i, a) in corners.iter().enumerate() {
             let b = &corners[(i + 1) % corners.len()];
-            if region.texture.is_some() {
-                most_px = most_px.max(way.point_px(a).norm());
-            }
-            for seam in &geometry.seams[region.seams.clone()] {
-                let (on_a, on_b) = (seam.ridge.dot(&a.coords), seam.ridge.dot(&b.coords));
-                if on_a * on_b < 0.0 {
-                    most_px = most_px.max(way.point_px(&(a + (b - a) * (on_a / (on_a - on_b)))).norm());
-                }
-            }
             let moved_px = way.edge_px(a, b);
             // What cannot be more than is known already, or makes no second part, is not looked at closely.
             if moved_px > most_px.max(PART_PX) && !borders.hold(a, b) && !is_invisible(geometry, region, a, b) {
@@ -199,13 +191,11 @@ impl Borders {
     }
 }
 
-/// Whether a region's edge shows nothing: beyond it the same surface goes on in the same plane, without a seam.
+/// Whether a region's edge shows nothing: beyond it the same surface goes on in the same plane. A seam that runs along it is blurred on both
+/// sides alike.
 fn is_invisible(geometry: &FrameGeometry, region: &Region, a: &Point3<f64>, b: &Point3<f64>) -> bool {
     /// Distance up to which two planes, or a point and an edge, are one, in metres.
     const SAME_M: f64 = 1e-7;
-    if !region.seams.is_empty() {
-        return false;
-    }
     let middle = nalgebra::center(a, b);
     let goes_on = |other: &Region| {
         std::ptr::from_ref(other) != std::ptr::from_ref(region)

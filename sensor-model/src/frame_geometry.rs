@@ -42,7 +42,7 @@ mod wide_ghosts;
 
 pub use glow_patch::{GLOW_SPACING_PX, GlowPatch};
 pub(crate) use region::inverse_depth;
-pub use region::{Region, Seam};
+pub use region::{Region, Seam, Texture};
 pub use standpoint::{CLEAR_M, clear_cell};
 
 use gaps::Gaps;
@@ -263,7 +263,7 @@ impl FrameGeometry {
                 // All faces of a body follow one another.
                 Some(body) if seen_bodies.last() != Some(&body) => seen_bodies.push(body),
                 Some(_) => {}
-                None => region::add_seams(&scenery.rooms[cell], look, &plane, sight.outline, camera_from_world, seams),
+                None => region::add_seams(&scenery.rooms[cell], look, &plane, sight.outline, frame, seams),
             }
             regions.push(Region {
                 sheet,
@@ -273,7 +273,7 @@ impl FrameGeometry {
                 plane,
                 outline: first_corner..corners.len(),
                 seams: first_seam..seams.len(),
-                texture: region::texture(sight.sheet, look, &plane, camera_from_world),
+                texture: Texture::of(sight.sheet, look, &plane, sight.outline, frame),
                 glow: None,
             });
         });

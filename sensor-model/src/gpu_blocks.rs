@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::frame_geometry::Region;
+use crate::frame_geometry::{Region, Seam};
 use crate::lens::Projection;
 use crate::light::FAN_FADE_RAD;
 use crate::noise;
@@ -41,8 +41,19 @@ pub(crate) struct RegionBlock {
     look: [f32; 4],
     texture_s: [f32; 4],
     texture_t: [f32; 4],
+    sweep_s: [f32; 4],
+    sweep_t: [f32; 4],
+    turn: [f32; 4],
     marks: [u32; 4],
     nodes: [i32; 4],
+}
+
+/// `Seam` of `sheet.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct SeamBlock {
+    ridge: [f32; 4],
+    sweep: [f32; 4],
 }
 
 /// `Strip` of `strip.wgsl`.
@@ -128,8 +139,11 @@ impl RegionBlock {
         Self {
             plane: four(&region.plane.normal, region.plane.offset_m),
             look: [look.albedo, look.specular, look.roughness, spangle].map(|v| v as f32),
-            texture_s: four(&texture[0], 0.0),
-            texture_t: four(&texture[1], 0.0),
+            texture_s: four(&texture.axes[0], 0.0),
+            texture_t: four(&texture.axes[1], f64::from(texture.pairs)),
+            sweep_s: four(&texture.sweep[0], 0.0),
+            sweep_t: four(&texture.sweep[1], 0.0),
+            turn: four(&texture.turn, 0.0),
             marks: [
                 (region.seams.start + bases.seams) as u32,
                 region.seams.len() as u32,
@@ -149,9 +163,18 @@ impl RegionBlock {
             look: [0.0, 0.0, 1.0, 0.0],
             texture_s: [0.0, 0.0, 0.0, 1.0],
             texture_t: [0.0; 4],
+            sweep_s: [0.0; 4],
+            sweep_t: [0.0; 4],
+            turn: [0.0; 4],
             marks: [0; 4],
             nodes: [0; 4],
         }
+    }
+}
+
+impl SeamBlock {
+    pub(crate) fn of(seam: &Seam) -> Self {
+        Self { ridge: four(&seam.ridge, seam.width_m), sweep: four(&seam.sweep, 0.0) }
     }
 }
 

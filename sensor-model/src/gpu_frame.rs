@@ -5,7 +5,7 @@
 use std::ops::Range;
 
 use crate::frame_geometry::{FrameGeometry, inverse_depth};
-use crate::gpu_blocks::{Bases, RegionBlock, StripBlock, four};
+use crate::gpu_blocks::{Bases, RegionBlock, SeamBlock, StripBlock, four};
 use crate::gpu_mesh::Mesh;
 use crate::gpu_tiles::Tiles;
 use crate::renderer::MAX_LASERS;
@@ -23,7 +23,7 @@ pub(crate) struct FrameData {
     pub(crate) region_blocks: Vec<RegionBlock>,
     pub(crate) strip_blocks: Vec<StripBlock>,
     /// Ridge and width.
-    pub(crate) seams: Vec<[f32; 4]>,
+    pub(crate) seams: Vec<SeamBlock>,
     pub(crate) glow: Vec<f32>,
     pub(crate) edges: Vec<[f32; 4]>,
     /// First edge and number of edges.
@@ -68,7 +68,7 @@ impl FrameData {
     /// Adds a part of the exposure; `looks` is indexed by surface, `strengths` are the lasers', in DN m^2, and are the part's share.
     pub(crate) fn add_part(&mut self, geometry: &FrameGeometry, looks: &[Look], strengths: &[f64; MAX_LASERS]) {
         let bases = Bases { seams: self.seams.len(), glow: self.glow.len(), edges: self.edges.len(), holes: self.holes.len() };
-        self.seams.extend(geometry.seams.iter().map(|seam| four(&seam.ridge, seam.width_m)));
+        self.seams.extend(geometry.seams.iter().map(SeamBlock::of));
         self.glow.extend_from_slice(&geometry.glow);
         self.edges.extend(geometry.edges.iter().map(|edge| four(edge, 0.0)));
         self.holes.extend(geometry.holes.iter().map(|hole| [(hole.start + bases.edges) as u32, hole.len() as u32]));

@@ -13,7 +13,7 @@ use ductloop_sensor::coverage::phi;
 use ductloop_sensor::exposure_parts::{parts, whole};
 use ductloop_sensor::frame_geometry::{FrameGeometry, GLOW_SPACING_PX, Region};
 use ductloop_sensor::light::{headlamp_strength, laser_strength};
-use ductloop_sensor::noise::{SPANGLE_STEP, finalise, spangle_node};
+use ductloop_sensor::noise::{SPANGLE_SLOPE2, SPANGLE_STEP, finalise, spangle_node};
 use ductloop_sensor::optics::{Bits, Ccd, Optics};
 use ductloop_sensor::renderer::{ImageMut, Renderer, View};
 use ductloop_sensor::scenery::Scenery;
@@ -28,6 +28,12 @@ struct Model<'a> {
     view: &'a View,
     /// Smooth light before the lens of pixels already asked for.
     known: BTreeMap<[i64; 2], f64>,
+}
+
+/// The mean of `f` over an even motion of this length about 0.
+fn mean_over(way: f64, f: impl Fn(f64) -> f64) -> f64 {
+    const STEPS: u32 = 40;
+    (0..STEPS).map(|i| f(way * ((f64::from(i) + 0.5) / f64::from(STEPS) - 0.5))).sum::<f64>() / f64::from(STEPS)
 }
 
 /// What a pixel sees.
@@ -159,25 +165,41 @@ impl Model<'_> {
             let off = seam.ridge.dot(ray) / approach;
             let steep = slope(off, &seam.ridge);
             let (a, h, q) = (off / steep, seam.width_m / (2.0 * steep), variance.sqrt());
-            kept *= 1.0 - phi((a + h) / q) + phi((a - h) / q);
+            let way = (seam.sweep.dot(ray) / approach / steep).abs();
+            // Phi, averaged over the way of the motion.
+            let mean = |x: f64| mean_over(way, |moved| phi((x + moved) / q));
+            kept *= 1.0 - mean(a + h) + mean(a - h);
         }
         let look = &self.scenery.looks[usize::from(region.surface.0)];
-        let Some([s_axis, t_axis]) = region.texture.filter(|_| look.spangle > 0.0) else { return kept };
-        let (s, t) = (s_axis.dot(ray) / approach, t_axis.dot(ray) / approach);
-        let cycles = (slope(s, &s_axis) + slope(t, &t_axis)) / 4.0;
-        let contrast = libm::exp(-2.0 * std::f64::consts::PI * std::f64::consts::PI * variance * cycles * cycles);
-        let smooth = |x: f64| x * x * (3.0 - 2.0 * x);
-        let (p, q) = (smooth(s - s.floor()), smooth(t - t.floor()));
+        let Some(texture) = region.texture.filter(|_| look.spangle > 0.0) else { return kept };
+        let at = texture.at(ray, &region.plane);
+        let lost = |axis: usize| {
+            let slope = slope(at[axis], &texture.axes[axis]);
+            1.0 + 2.0 * SPANGLE_SLOPE2 * variance * slope * slope
+        };
+        let contrast = (lost(0) * lost(1)).powf(-0.25);
         let bits = finalise(region.sheet as u32);
-        let (mut sum, mut squares) = (0.0, 0.0);
-        for (i, wi) in [1.0 - p, p].into_iter().enumerate() {
-            for (j, wj) in [1.0 - q, q].into_iter().enumerate() {
-                let node = spangle_node(s.floor() as i32 + i as i32, t.floor() as i32 + j as i32, bits);
-                sum += wi * wj * f64::from(node) / SPANGLE_STEP;
-                squares += wi * wi * wj * wj;
+        let noise = |at: Vector2<f64>| {
+            let smooth = |x: f64| x * x * (3.0 - 2.0 * x);
+            let (low, p, q) = (at.map(f64::floor), smooth(at.x - at.x.floor()), smooth(at.y - at.y.floor()));
+            let (mut sum, mut squares) = (0.0, 0.0);
+            for (i, wi) in [1.0 - p, p].into_iter().enumerate() {
+                for (j, wj) in [1.0 - q, q].into_iter().enumerate() {
+                    let node = spangle_node(low.x as i32 + i as i32, low.y as i32 + j as i32, bits);
+                    sum += wi * wj * f64::from(node) / SPANGLE_STEP;
+                    squares += wi * wi * wj * wj;
+                }
             }
-        }
-        kept * (1.0 + look.spangle * contrast * sum / squares.sqrt()).max(0.0)
+            sum / squares.sqrt()
+        };
+        let way = texture.way(ray, &region.plane);
+        let parts = f64::from(texture.pairs);
+        let places = (0..2 * texture.pairs).map(|i| {
+            let gauss = if i % 2 == 0 { -1.0 } else { 1.0 } / 12.0_f64.sqrt();
+            noise(at + way * ((f64::from(i / 2) + 0.5 + gauss) / parts - 0.5))
+        });
+        let mean = if texture.pairs == 0 { noise(at) } else { places.sum::<f64>() / (2.0 * parts) };
+        kept * (1.0 + look.spangle * contrast * mean).max(0.0)
     }
 
     /// What reaches the sensor, in DN.

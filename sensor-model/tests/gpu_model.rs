@@ -92,21 +92,24 @@ impl Model<'_> {
             let (a, h) = (off / steepness, seam.width_m / (2.0 * steepness));
             bright *= 1.0 - phi((a + h) / blur.sqrt()) + phi((a - h) / blur.sqrt());
         }
-        let Some([s_axis, t_axis]) = &region.texture else { return bright };
-        let (s, t) = (s_axis.dot(&pixel.ray) / approach, t_axis.dot(&pixel.ray) / approach);
-        let cycles = (slope(s_axis, s) + slope(t_axis, t)) / 4.0;
-        let kept = libm::exp(-2.0 * std::f64::consts::PI * std::f64::consts::PI * blur * cycles * cycles);
+        let Some(texture) = &region.texture else { return bright };
+        let at = texture.at(&pixel.ray, &region.plane);
+        let lost = |axis: usize| {
+            let slope = slope(&texture.axes[axis], at[axis]);
+            1.0 + 2.0 * noise::SPANGLE_SLOPE2 * blur * slope * slope
+        };
+        let kept = (lost(0) * lost(1)).powf(-0.25);
         let bits = noise::finalise(region.sheet as u32);
         let weights = |share: f64| {
             let next = share * share * (3.0 - 2.0 * share);
             let length = ((1.0 - next) * (1.0 - next) + next * next).sqrt();
             [(1.0 - next) / length, next / length]
         };
-        let (ws, wt) = (weights(s - s.floor()), weights(t - t.floor()));
         let mut sum = 0.0;
+        let (ws, wt) = (weights(at.x - at.x.floor()), weights(at.y - at.y.floor()));
         for i in 0..2 {
             for j in 0..2 {
-                let node = noise::spangle_node(s.floor() as i32 + i, t.floor() as i32 + j, bits);
+                let node = noise::spangle_node(at.x.floor() as i32 + i, at.y.floor() as i32 + j, bits);
                 sum += ws[i as usize] * wt[j as usize] * f64::from(node) / noise::SPANGLE_STEP;
             }
         }

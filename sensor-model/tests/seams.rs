@@ -103,7 +103,7 @@ fn spangles_stay_on_the_sheet() {
     let [first, second] = poses.map(|pose| geometry(&network, &[look()], &rig, &quiet(), &pose));
     let coordinates = |region: &Region, pose: &Transform, point: &Point3<f64>| {
         let ray = pose.inverse_transform_point(point).coords;
-        region.texture.expect("spangle").map(|axis| axis.dot(&ray) / region.plane.normal.dot(&ray))
+        region.texture.expect("spangle").at(&ray, &region.plane)
     };
     let mut shared = 0;
     for region in &first.regions {

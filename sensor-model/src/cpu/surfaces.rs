@@ -51,8 +51,11 @@ pub(super) struct Lamp {
 /// Spangle of a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Spangle {
-    /// s and t are `texture[i] . r / (n . r)`.
-    pub(super) texture: [[f32; 3]; 2],
+    /// See [`crate::frame_geometry::Texture`].
+    pub(super) axes: [[f32; 3]; 2],
+    pub(super) sweep: [[f32; 3]; 2],
+    pub(super) turn: [f32; 3],
+    pub(super) pairs: u32,
     /// The plane's normal.
     pub(super) normal: [f32; 3],
     /// Standard deviation over the mean.
@@ -103,7 +106,10 @@ pub(super) fn collect(geometry: &FrameGeometry, scenery: &Scenery, optics: &Opti
             glow: region.glow,
             seams: region.seams.clone(),
             spangle: region.texture.filter(|_| look.spangle > 0.0).map(|texture| Spangle {
-                texture: texture.map(|axis| single(&axis)),
+                axes: texture.axes.map(|axis| single(&axis)),
+                sweep: texture.sweep.map(|axis| single(&axis)),
+                turn: single(&texture.turn),
+                pairs: texture.pairs,
                 normal: single(&normal),
                 strength: look.spangle as f32,
                 sheet_bits: finalise(region.sheet as u32),

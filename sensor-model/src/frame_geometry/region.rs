@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use ductloop_duct::cell::{CellId, Plane, SurfaceId};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Vector2, Vector3};
 
+use super::Frame;
 use super::glow_patch::GlowPatch;
 use crate::Transform;
 use crate::scenery::{Room, Sheet, SheetId};
@@ -37,10 +38,25 @@ pub struct Region {
     pub outline: Range<usize>,
     /// The dark joints across its sheet, in [`super::FrameGeometry::seams`].
     pub seams: Range<usize>,
-    /// The sheet's own coordinates (s, t), counted in spangles: at a ray r they are `texture[i] . r / (n . r)`. None without spangle.
-    pub texture: Option<[Vector3<f64>; 2]>,
+    /// Where its spangles are; none without spangle.
+    pub texture: Option<Texture>,
     /// Light that varies slowly over it; none where there is no such light.
     pub glow: Option<GlowPatch>,
+}
+
+/// A sheet's own coordinates (s, t), counted in spangles from its first corner (so that they are small wherever in the world it is): s runs
+/// level on walls and across the duct's x on floor and ceiling, t square to it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Texture {
+    /// At a ray r, (s, t) are `axes[i] . r / (n . r)`.
+    pub axes: [Vector3<f64>; 2],
+    /// What is added to `axes` from the exposure's beginning to its end.
+    pub sweep: [Vector3<f64>; 2],
+    /// What is added to n.
+    pub turn: Vector3<f64>,
+    /// Pairs of places along a pixel's way over the sheet that stand for the whole of it, those of Gauss' rule in as many equal parts; 0 where
+    /// the middle alone does.
+    pub pairs: u32,
 }
 
 /// A dark joint between two sheets: a gap of a certain width about a plane across the duct.
@@ -48,6 +64,8 @@ pub struct Region {
 pub struct Seam {
     /// As [`crate::strip::Strip::ridge`], of the joint's plane.
     pub ridge: Vector3<f64>,
+    /// As [`crate::strip::Strip::sweep`].
+    pub sweep: Vector3<f64>,
     /// Width of the gap, in metres.
     pub width_m: f64,
 }
@@ -57,44 +75,72 @@ pub(super) fn ridge(sheet: &Plane, across: &Plane) -> Vector3<f64> {
     across.normal.into_inner() * sheet.offset_m - sheet.normal.into_inner() * across.offset_m
 }
 
-/// Coordinates on a sheet that stay with it while the camera moves, counted in spangles from its first corner (so that they are small
-/// wherever in the world it is): s runs level on walls and across the duct's x on floor and ceiling, t square to it.
-pub(super) fn texture(sheet: &Sheet, look: &Look, plane: &Plane, camera_from_world: &Transform) -> Option<[Vector3<f64>; 2]> {
-    if look.spangle == 0.0 {
-        return None;
+impl Texture {
+    /// Most pairs of places; a way of more than ten spangles is blurred less than it should be.
+    pub const PAIRS_MAX: u32 = 4;
+
+    /// Of a piece of a sheet with this plane and outline in the camera's frame.
+    pub(super) fn of(sheet: &Sheet, look: &Look, plane: &Plane, outline: &[Point3<f64>], frame: &Frame) -> Option<Self> {
+        /// A way, in spangles, that changes nothing: the noise's second derivative is some 10, and 10 * 0.1^2 / 24 of a contrast of 0.15 is 6e-4.
+        const STILL: f64 = 0.1;
+        if look.spangle == 0.0 {
+            return None;
+        }
+        let normal = sheet.plane.normal.into_inner();
+        // On a wall z x n is level; on a floor any axis does.
+        let level = if normal.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
+        let s = level.cross(&normal).normalize();
+        let in_world = [s, normal.cross(&s)];
+        // Of a camera's frame at some time: axis . (X - origin) with X = r o / (n . r).
+        let axes = |from_world: &Transform| {
+            let plane = sheet.plane.transformed(from_world);
+            let origin = from_world * sheet.outline[0];
+            in_world.map(|axis| {
+                let axis = from_world.rotation * axis;
+                (axis * plane.offset_m - plane.normal.into_inner() * axis.dot(&origin.coords)) / look.spangle_m
+            })
+        };
+        let now = axes(&frame.camera_from_world);
+        let Some(ends) = &frame.ends_from_camera else {
+            return Some(Self { axes: now, sweep: [Vector3::zeros(); 2], turn: Vector3::zeros(), pairs: 0 });
+        };
+        let [first, last] = ends.map(|end| axes(&(end * frame.camera_from_world)));
+        let [turned_first, turned_last] = ends.map(|end| end.rotation * plane.normal.into_inner());
+        let mut texture =
+            Self { axes: now, sweep: [0, 1].map(|i| last[i] - first[i]), turn: turned_last - turned_first, pairs: 0 };
+        let farthest = outline.iter().map(|corner| texture.way(&corner.coords, plane).norm()).fold(0.0, f64::max);
+        if farthest > STILL {
+            texture.pairs = ((2.0 * farthest).ceil() as u32).min(Self::PAIRS_MAX);
+        }
+        Some(texture)
     }
-    let normal = sheet.plane.normal.into_inner();
-    // On a wall z x n is level; on a floor any axis does.
-    let level = if normal.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
-    let s = level.cross(&normal).normalize();
-    let origin = camera_from_world * sheet.outline[0];
-    Some([s, normal.cross(&s)].map(|axis| {
-        let axis = camera_from_world.rotation * axis;
-        // axis . (X - origin) with X = r o / (n . r).
-        (axis * plane.offset_m - plane.normal.into_inner() * axis.dot(&origin.coords)) / look.spangle_m
-    }))
+
+    /// (s, t) at a ray.
+    pub fn at(&self, ray: &Vector3<f64>, plane: &Plane) -> Vector2<f64> {
+        Vector2::from(self.axes.map(|axis| axis.dot(ray))) / plane.normal.dot(ray)
+    }
+
+    /// The way over the sheet from the exposure's beginning to its end, in spangles, at a ray.
+    pub fn way(&self, ray: &Vector3<f64>, plane: &Plane) -> Vector2<f64> {
+        let swept = Vector2::from(self.sweep.map(|sweep| sweep.dot(ray)));
+        (swept - self.at(ray, plane) * self.turn.dot(ray)) / plane.normal.dot(ray)
+    }
 }
 
 /// Appends the seams of a piece of a wall with this outline. A joint is wherever one cell passes into the next; bodies have none.
-pub(super) fn add_seams(
-    room: &Room,
-    look: &Look,
-    plane: &Plane,
-    outline: &[Point3<f64>],
-    camera_from_world: &Transform,
-    seams: &mut Vec<Seam>,
-) {
+pub(super) fn add_seams(room: &Room, look: &Look, plane: &Plane, outline: &[Point3<f64>], frame: &Frame, seams: &mut Vec<Seam>) {
     /// Cosine beyond which a sheet counts as lying in the joint's own plane: it is seen from the front, the joint is behind it.
     const IN_JOINT: f64 = 0.999;
     if look.seam_m == 0.0 {
         return;
     }
     for opening in &room.openings {
-        let joint = opening.plane.transformed(camera_from_world);
+        let joint = opening.plane.transformed(&frame.camera_from_world);
         // A piece reaches the joint if it comes as near as the gap is wide; half the gap is on its side.
         let reaches = outline.iter().any(|corner| joint.distance(corner).abs() <= look.seam_m);
         if reaches && joint.normal.dot(&plane.normal).abs() < IN_JOINT {
-            seams.push(Seam { ridge: ridge(plane, &joint), width_m: look.seam_m });
+            let (ridge, sweep) = frame.ridge_and_sweep(|now| ridge(&plane.transformed(now), &joint.transformed(now)));
+            seams.push(Seam { ridge, sweep, width_m: look.seam_m });
         }
     }
 }

@@ -25,6 +25,7 @@ pub const SURFACES: [Look; 7] = [
 ];
 
 /// A scene to be rendered.
+#[derive(Clone)]
 pub struct Scene {
     pub name: String,
     pub rig: Rig,
@@ -171,6 +172,11 @@ fn by_hand() -> Vec<Scene> {
     barrel.camera.distortion = Distortion { k1: -0.2, k2: 0.03, p1: 5e-4, p2: -5e-4, k3: 0.0 };
     let mut turning = scene("turning", wide(), joined(6), &plain, base_at(1.0, 0.05, 5.0));
     turning.view.motion = Motion { linear_m_s: Vector3::new(0.5, 0.0, 0.0), angular_rad_s: Vector3::new(0.0, 0.0, 2.0) };
+    // Seams and spangles that pass by: 0.7 spangles, and 2.
+    let mut driving = scene("driving", wide(), joined(6), &plain, base_at(1.0, 0.05, 5.0));
+    driving.view.motion.linear_m_s = Vector3::new(2.0, 0.0, 0.0);
+    let mut driving_bent = Scene { name: "driving-barrel".to_owned(), rig: barrel.clone(), ..driving.clone() };
+    driving_bent.view.motion.linear_m_s = Vector3::new(6.0, 0.0, 0.0);
     let mut down = scene("looking-down", wide(), duct(1), &plain, base_at(1.5, 0.0, 0.0));
     down.view.world_from_camera *= UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -0.6);
     let open = || {
@@ -203,6 +209,8 @@ fn by_hand() -> Vec<Scene> {
         scene("barrel", barrel, elbow(), &plain, base_at(1.8, 0.05, 3.0)),
         scene("everything", wide(), joined(6), &everything, base_at(1.0, 0.0, 3.0)),
         turning,
+        driving,
+        driving_bent,
         down,
     ]
 }
