@@ -177,7 +177,7 @@ impl Model<'_> {
             let slope = slope(at[axis], &texture.axes[axis]);
             1.0 + 2.0 * SPANGLE_SLOPE2 * variance * slope * slope
         };
-        let contrast = (lost(0) * lost(1)).powf(-0.25);
+        let contrast = 1.0 / (lost(0) * lost(1)).sqrt().sqrt();
         let bits = finalise(region.sheet as u32);
         let noise = |at: Vector2<f64>| {
             let smooth = |x: f64| x * x * (3.0 - 2.0 * x);

@@ -98,7 +98,7 @@ impl Model<'_> {
             let slope = slope(&texture.axes[axis], at[axis]);
             1.0 + 2.0 * noise::SPANGLE_SLOPE2 * blur * slope * slope
         };
-        let kept = (lost(0) * lost(1)).powf(-0.25);
+        let kept = 1.0 / (lost(0) * lost(1)).sqrt().sqrt();
         let bits = noise::finalise(region.sheet as u32);
         let weights = |share: f64| {
             let next = share * share * (3.0 - 2.0 * share);
