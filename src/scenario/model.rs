@@ -299,20 +299,12 @@ impl Duct {
         self.run.iter().map(|piece| Fitting { shape: piece.shape, width_m, height_m, surface: piece.surface }).collect()
     }
 
-    /// The network that the fittings make, without beads and objects.
-    ///
-    /// # Errors
-    /// None for a scenario that was read or that [`Scenario::validate`] accepts.
-    pub fn empty_network(&self) -> Result<Network, NetworkError> {
-        Network::from_run(&self.fittings(), self.entry, self.exit)
-    }
-
-    /// The network, with the beads at its joints and with what stands in it.
+    /// The network that the fittings make, with the beads at its joints and with what stands in it.
     ///
     /// # Errors
     /// None for a scenario that was read or that [`Scenario::validate`] accepts.
     pub fn network(&self) -> Result<Network, NetworkError> {
-        let mut network = self.empty_network()?;
+        let mut network = Network::from_run(&self.fittings(), self.entry, self.exit)?;
         if self.bead_m > 0.0 {
             network.add_beads(self.bead_m, self.bead_width_m, self.surface);
         }
