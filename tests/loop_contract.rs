@@ -104,7 +104,8 @@ fn exposure_and_laser_power_are_the_navigators_to_choose() {
 /// A laser's own power multiplies what the navigator asks; a fault takes away all of it.
 #[test]
 fn a_lasers_own_power_multiplies_what_is_asked() {
-    let lasers = "[sensor.laser.low]\npower = 0.0\n[sensor.laser.high]\npower = 1.5\n[[fault]]\nkind = \"laser-off\"\nlaser = \"high\"\nat_s = 1.0\n";
+    let lasers = "[sensor.laser.low]\npower = 0.0\n[sensor.laser.high]\npower = 1.5\n\
+                  [[fault]]\nkind = \"laser-off\"\nlaser = \"high\"\nat_s = 1.0\n";
     let script = |_| Command { laser_power: Some(0.25), ..stand(0) };
     let (record, views, _) = run(&scenario(lasers), State::Unknown, script);
     for (frame, view) in views.iter().enumerate() {

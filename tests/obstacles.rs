@@ -105,7 +105,8 @@ fn beads_stand_at_the_joint_and_are_felt() {
 /// A box turned about its own middle, behind an elbow, stands where the path goes on.
 #[test]
 fn an_object_stands_beside_the_path_as_it_says() {
-    let object = "[[duct.object]]\nat_m = 3.0\nleft_m = 0.1\nabove_m = 0.05\nturned_deg = 90.0\nsize_m = [0.2, 0.1, 0.04]\nsurface = \"rubber\"\n";
+    let object = "[[duct.object]]\nat_m = 3.0\nleft_m = 0.1\nabove_m = 0.05\nturned_deg = 90.0\n\
+                  size_m = [0.2, 0.1, 0.04]\nsurface = \"rubber\"\n";
     let scenario = Scenario::from_toml_str(&format!(
         "format = 1\nkind = \"scenario\"\nname = \"t\"\n[duct]\nwidth_m = 0.5\nheight_m = 0.3\n\
          run = [{{ straight_m = 1.5 }}, {{ mitre_deg = 90 }}, {{ straight_m = 2.0 }}]\n{object}"

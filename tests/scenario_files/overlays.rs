@@ -38,7 +38,8 @@ fn a_set_reaches_every_kind_of_field() {
         "perception.pipeline=truth",
         "duct.bead_mm=2.5",
         "duct.bead_width_mm=15",
-        "duct.object=[{ size_m = [0.2, 0.1, 0.05], at_m = 2.0 }, { name = \"plank\", size_m = [0.02, 0.02, 0.3], at_m = 1.5, left_m = -0.2 }]",
+        "duct.object=[{ size_m = [0.2, 0.1, 0.05], at_m = 2.0 }, \
+         { name = \"plank\", size_m = [0.02, 0.02, 0.3], at_m = 1.5, left_m = -0.2 }]",
         "duct.object[0].turned_deg=30",
         "duct.object[0].surface=brick",
         "sensor.laser.high.power=0.5",
