@@ -153,7 +153,13 @@ impl<'a> ClosedLoop<'a> {
         if let Some(end) = self.end(&truth) {
             return Ok(ControlFlow::Break(end));
         }
-        let mut view = self.body.view(&truth, mount, self.frames.len() as u64, self.exposure_s, self.laser_power);
+        let mut view = self.body.view(
+            &truth,
+            mount,
+            self.frames.len() as u64,
+            self.exposure_s,
+            self.scenario.laser_powers(self.laser_power),
+        );
         active.dim(&mut view);
         let faults = active.bits();
 
@@ -331,7 +337,7 @@ impl Body {
     }
 
     /// What the camera is to see.
-    fn view(&self, truth: &Truth, mount: MountAngles, frame: u64, exposure_s: f64, laser_power: f64) -> View {
+    fn view(&self, truth: &Truth, mount: MountAngles, frame: u64, exposure_s: f64, laser_power: [f64; MAX_LASERS]) -> View {
         let rate = |now: f64, before: f64| (now - before) * self.ticks_per_s;
         let rates = MountAngles {
             pan_rad: rate(mount.pan_rad, self.mount_before.pan_rad),
@@ -344,7 +350,7 @@ impl Body {
             motion: motion(truth, &self.rig.mount, angles, rates),
             frame,
             exposure_s,
-            laser_power: [laser_power; MAX_LASERS],
+            laser_power,
             headlamp_power: 1.0,
         }
     }

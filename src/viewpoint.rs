@@ -10,7 +10,7 @@ use ductloop_sensor::renderer::{MAX_LASERS, Motion, View};
 use ductloop_sim::truth::Truth;
 use nalgebra::Vector3;
 
-/// What a camera sees that stands still, all lights on: frame 0.
+/// What a camera sees that stands still, all lights on at their nominal power: frame 0.
 pub fn still(world_from_camera: Transform, exposure_s: f64) -> View {
     View {
         world_from_camera,

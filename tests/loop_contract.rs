@@ -101,6 +101,22 @@ fn exposure_and_laser_power_are_the_navigators_to_choose() {
     }
 }
 
+/// A laser's own power multiplies what the navigator asks; a fault takes away all of it.
+#[test]
+fn a_lasers_own_power_multiplies_what_is_asked() {
+    let lasers = "[sensor.laser.low]\npower = 0.0\n[sensor.laser.high]\npower = 1.5\n\
+                  [[fault]]\nkind = \"laser-off\"\nlaser = \"high\"\nat_s = 1.0\n";
+    let script = |_| Command { laser_power: Some(0.25), ..stand(0) };
+    let (record, views, _) = run(&scenario(lasers), State::Unknown, script);
+    for (frame, view) in views.iter().enumerate() {
+        // What is asked for with frame 0 acts at frame 1.
+        let asked = if frame == 0 { 1.0 } else { 0.25 };
+        let high = if frame < 30 { 1.5 * asked } else { 0.0 };
+        assert_eq!(view.laser_power[..2], [0.0, high], "frame {frame}");
+        assert_eq!(record.frames[frame].laser_power, asked);
+    }
+}
+
 /// Motion blur rests on this: the camera moves as the base and the mount do at the exposure.
 #[test]
 fn the_view_moves_as_the_robot_and_its_mount_do() {

@@ -6,6 +6,7 @@
 //! - [`fitting`]: straight, mitred elbow, radius elbow, each as cells and as a piece of the centreline;
 //! - [`network`]: fittings joined port to port; which cell holds a point, what a ray meets;
 //! - [`bead`]: the low ridges inside the joints;
+//! - `enclosure`: whether a solid stands wholly inside;
 //! - [`centreline`]: the reference path: distance along it, lateral and heading error;
 //! - [`box_tree`]: which boxes meet a box, for whatever would otherwise compare each cell with each.
 //!
@@ -17,6 +18,7 @@ pub mod bead;
 pub mod box_tree;
 pub mod cell;
 pub mod centreline;
+mod enclosure;
 pub mod fitting;
 pub mod network;
 

@@ -87,6 +87,7 @@ pub struct FrameGeometry {
     /// P of the slits' formula, in DN m^2: see [`crate::light`].
     pub(crate) strength: f64,
     pub(crate) nodes: NodeLattice,
+    shadows_on: bool,
     ghosts_on: bool,
     daylight_on: bool,
     /// Sheets by number, and where their regions are.
@@ -172,6 +173,7 @@ impl FrameGeometry {
             slits: (0..rig.lasers.len()).map(|index| Slit::new(rig, index, optics)).collect(),
             strength: laser_strength(optics, &rig.line),
             nodes: NodeLattice::new(&projection, &blur, margin_px),
+            shadows_on: optics.shadows,
             ghosts_on: optics.ghosts,
             daylight_on: optics.ambient_dn > 0.0,
             by_sheet: Vec::new(),

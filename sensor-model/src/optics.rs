@@ -26,6 +26,8 @@ pub struct Optics {
     pub speckle_contrast: f64,
     /// Size of a speckle grain in the image, in pixels: from 1, where every pixel has its own.
     pub speckle_grain_px: f64,
+    /// Whether bodies standing in the duct cast shadows in the lasers' light; walls always do.
+    pub shadows: bool,
     /// Whether stripes are seen again where a wall mirrors them. Needs surfaces that are not matt.
     pub ghosts: bool,
     /// Whether stripes light up the walls about them (one bounce).
@@ -122,6 +124,7 @@ impl Default for Optics {
             fan_profile: FanProfile::Powell { edge: 0.8 },
             speckle_contrast: 0.12,
             speckle_grain_px: 1.0,
+            shadows: true,
             ghosts: false,
             bounce: false,
             lens: Lens::default(),

@@ -24,6 +24,8 @@ pub const OPEN: u16 = u16::MAX;
 #[derive(Clone, Debug)]
 pub struct SceneTruth {
     network: Network,
+    /// The network as the lasers' light passes through it.
+    lit: Network,
     lasers: Vec<Laser>,
     projection: Result<Projection, RenderError>,
 }
@@ -75,6 +77,7 @@ enum Scan {
 /// A camera at its place.
 struct Station<'a> {
     network: &'a Network,
+    lit: &'a Network,
     projection: &'a Projection,
     world_from_camera: &'a Transform,
     cell: CellId,
@@ -93,7 +96,19 @@ struct Light<'a> {
 impl SceneTruth {
     /// For what `rig` sees of `network`.
     pub fn new(network: &Network, rig: &Rig) -> Self {
-        Self { network: network.clone(), lasers: rig.lasers.clone(), projection: Projection::new(&rig.camera, 1.0) }
+        Self {
+            network: network.clone(),
+            lit: network.clone(),
+            lasers: rig.lasers.clone(),
+            projection: Projection::new(&rig.camera, 1.0),
+        }
+    }
+
+    /// The same with bodies that cast no shadows: [`crate::optics::Optics::shadows`].
+    #[must_use]
+    pub fn without_shadows(mut self) -> Self {
+        self.lit.cells.iter_mut().for_each(|cell| cell.solids.clear());
+        self
     }
 
     /// What is seen by a camera at this pose (frame: x along the rows, y down the columns, z along the view).
@@ -107,7 +122,7 @@ impl SceneTruth {
             position_m: world_from_camera.translation.vector.into(),
             direction: (world_from_camera.rotation * Vector3::z()).into(),
         })?;
-        let station = Station { network: &self.network, projection, world_from_camera, cell };
+        let station = Station { network: &self.network, lit: &self.lit, projection, world_from_camera, cell };
         let (width_px, height_px) = (projection.camera.width_px, projection.camera.height_px);
         let hits: Vec<Option<Hit>> =
             (0..width_px * height_px).map(|i| station.hit([(i % width_px) as f64, (i / width_px) as f64])).collect();
@@ -243,7 +258,7 @@ impl Station<'_> {
         let Some(cell) = light.cell else { return false };
         let source = self.world_from_camera * light.laser.source_in_camera;
         let way = point_in_world - source;
-        let met = self.network.cast(cell, &source, &Unit::new_normalize(way), f64::INFINITY);
+        let met = self.lit.cast(cell, &source, &Unit::new_normalize(way), f64::INFINITY);
         // Nothing met: the point is on the rim of an open end, where rounding decides.
         met.is_none_or(|met| met.distance_m > way.norm() - SAME_M)
     }

@@ -4,13 +4,14 @@ mod common;
 mod ray_cast;
 
 use common::{base_at, duct, quiet, straight, view, wide};
-use ductloop_duct::cell::SurfaceId;
+use ductloop_duct::cell::{Plane, Solid, SurfaceId};
 use ductloop_duct::network::{Hit, Network};
 use ductloop_nav::rig::Rig;
+use ductloop_sensor::Transform;
 use ductloop_sensor::frame_geometry::FrameGeometry;
 use ductloop_sensor::light::FWHM_PER_SIGMA;
 use ductloop_sensor::optics::Optics;
-use ductloop_sensor::strip::{MirroredWay, SQRT_TAU};
+use ductloop_sensor::strip::{MirroredWay, SQRT_TAU, Strip};
 use ductloop_sensor::surface::Look;
 use nalgebra::{Point3, Unit, Vector3};
 use ray_cast::{View, of_glow, of_strips};
@@ -168,6 +169,52 @@ fn a_ghost_has_the_share_of_the_light_that_the_mirror_keeps() {
             // The stripe's brightness changes along the column by a few percent in its own width, nearly evenly.
             assert!((light / expected - 1.0).abs() < 0.01, "{way:?} in column {u}: {light} instead of {expected}");
         }
+    }
+}
+
+/// Posts take light from both kinds of ghost; without shadows only what they hide from the camera stays dark.
+#[test]
+fn without_shadows_posts_take_no_light_from_ghosts() {
+    let (empty, rig, looks) = (mirror_duct(), wide(), looks(0.005));
+    let mut posted = empty.clone();
+    for (x, y) in [(1.5, -0.12), (1.9, 0.17), (2.3, -0.08)] {
+        posted.add_solid(&Solid::cuboid(&Transform::translation(x, y, 0.0), Vector3::new(0.06, 0.06, 0.3), SurfaceId(0)));
+    }
+    let (shaded, unshaded) = (optics(), Optics { shadows: false, ..optics() });
+    let scenes = [(&empty, &shaded), (&posted, &shaded), (&posted, &unshaded)]
+        .map(|(network, optics)| scene(network, &rig, optics, &looks));
+    let geometries = scenes.each_ref().map(|scene| scene.geometry(LOW));
+    for way in [MirroredWay::View, MirroredWay::Light] {
+        // Of the walls; the posts have stripes of their own.
+        let is_of = |strip: &Strip| strip.mirror.is_some_and(|mirror| mirror.way == way);
+        let walls: Vec<Plane> = geometries[0].strips.iter().filter(|strip| is_of(strip)).map(|strip| strip.plane).collect();
+        let same = |a: &Plane, b: &Plane| (a.offset_m - b.offset_m).abs() < 1e-9 && (a.normal.dot(&b.normal) - 1.0).abs() < 1e-9;
+        let counts = |strip: &Strip| is_of(strip) && walls.iter().any(|wall| same(wall, &strip.plane));
+        // Whether the camera sees what it would see without posts, by the mirror or not.
+        let is_seen = |pixel: [f64; 2]| {
+            let point = |view: &View| match way {
+                MirroredWay::Light => view.seen(pixel).map(|hit| hit.point),
+                MirroredWay::View => path(view, way, pixel).map(|path| path.hit.point),
+            };
+            point(&scenes[0]).zip(point(&scenes[1])).is_some_and(|(a, b)| (a - b).norm() < 1e-6)
+        };
+        let (mut in_shadow, mut hidden, mut free) = (0, 0, 0);
+        for u in (8..632).step_by(2).map(f64::from) {
+            let Some(row) = middle_row(&scenes[0], way, u) else { continue };
+            let [whole, with, without] = [0, 1, 2].map(|i| of_strips(&scenes[i], &geometries[i], [u, row.round()], counts));
+            // Near the edge of what is hidden the lens takes a part.
+            let about =
+                [[-8.0, 0.0], [0.0, -5.0], [0.0, 0.0], [0.0, 5.0], [8.0, 0.0]].map(|[du, dv]| is_seen([u + du, row + dv]));
+            if whole > 0.5 && about == [true; 5] {
+                assert!((without / whole - 1.0).abs() < 1e-3, "{way:?} in column {u}: {without} instead of {whole}");
+                free += 1;
+                in_shadow += usize::from(with < 0.1 * whole);
+            } else if whole > 0.5 && about == [false; 5] {
+                assert!(without < 0.02 * whole, "{way:?} in column {u}: {without} of {whole} where a post is in the way");
+                hidden += 1;
+            }
+        }
+        assert!(in_shadow > 3 && hidden > 3 && free > 20, "{way:?}: {in_shadow} in shadow, {hidden} hidden, {free} free");
     }
 }
 

@@ -9,6 +9,7 @@ use ductloop_duct::cell::{Solid, SurfaceId};
 use ductloop_duct::network::Network;
 use ductloop_nav::rig::{Distortion, LineWidth, Rig};
 use ductloop_sensor::Transform;
+use ductloop_sensor::optics::Optics;
 use nalgebra::Vector3;
 use ray_cast::{View, of_strips};
 
@@ -25,9 +26,12 @@ struct Window {
 
 /// Compares windows about the middle and the ends of every stripe, with all that is about them.
 fn compare(network: &Network, rig: &Rig, base: &Transform) -> Vec<Window> {
-    let optics = quiet();
+    compare_with(&quiet(), network, rig, base)
+}
+
+fn compare_with(optics: &Optics, network: &Network, rig: &Rig, base: &Transform) -> Vec<Window> {
     let world_from_camera = view(rig, base).world_from_camera;
-    let view = View { network, rig, optics: &optics, looks: &LOOKS, world_from_camera };
+    let view = View { network, rig, optics, looks: &LOOKS, world_from_camera };
     let mut windows = Vec::new();
     for laser in 0..rig.lasers.len() {
         let geometry = view.geometry(laser);
@@ -97,8 +101,8 @@ fn stripes_jump_over_beads() {
     assert_close(&compare(&network, &wide(), &base_at(1.0, 0.05, 15.0)));
 }
 
-#[test]
-fn bodies_near_the_camera_and_thin_ones_hide_and_shade() {
+/// Bodies near the camera, and thin ones.
+fn crowded() -> Network {
     let mut network = plain();
     let stand = |x, y, z| Transform::translation(x, y, z);
     let mut add = |stand: Transform, size: [f64; 3]| network.add_solid(&Solid::cuboid(&stand, Vector3::from(size), SurfaceId(1)));
@@ -108,5 +112,31 @@ fn bodies_near_the_camera_and_thin_ones_hide_and_shade() {
     add(stand(1.9, -0.15, 0.12), [0.2, 0.15, 0.003]);
     add(stand(2.0, 0.12, 0.0), [0.003, 0.12, 0.3]);
     add(stand(1.5, -0.1, 0.0), [0.003, 0.003, 0.3]);
-    assert_close(&compare(&network, &wide(), &base_at(1.0, 0.05, 8.0)));
+    network
+}
+
+#[test]
+fn bodies_near_the_camera_and_thin_ones_hide_and_shade() {
+    assert_close(&compare(&crowded(), &wide(), &base_at(1.0, 0.05, 8.0)));
+}
+
+/// The rays to the camera are stopped by bodies as before, those of the lasers by walls alone.
+#[test]
+fn without_shadows_bodies_only_hide() {
+    let (network, rig, base) = (crowded(), wide(), base_at(1.0, 0.05, 8.0));
+    let optics = Optics { shadows: false, ..quiet() };
+    assert_close(&compare_with(&optics, &network, &rig, &base));
+    let world_from_camera = view(&rig, &base).world_from_camera;
+    let light = |optics: &Optics| {
+        let view = View { network: &network, rig: &rig, optics, looks: &LOOKS, world_from_camera };
+        let geometry = view.geometry(0);
+        let columns = (0..640).step_by(8);
+        let rows = || (0..480).map(f64::from);
+        columns
+            .flat_map(|u| rows().map(move |v| [f64::from(u), v]))
+            .map(|at| of_strips(&view, &geometry, at, |_| true))
+            .sum::<f64>()
+    };
+    let (shaded, unshaded) = (light(&quiet()), light(&optics));
+    assert!(unshaded > 1.02 * shaded, "{unshaded} without shadows, {shaded} with");
 }

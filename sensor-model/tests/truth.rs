@@ -223,6 +223,29 @@ fn a_box_hides_and_shades_what_is_behind_it_and_carries_light_itself() {
 }
 
 #[test]
+fn without_shadows_a_box_only_hides() {
+    let rig = wide();
+    let empty = duct(&[straight(LENGTH_M, 0.5, 0.3)]);
+    let (low, high) = ([2.2, 0.02, 0.0], [2.28, 0.08, 0.14]);
+    let mut boxed = empty.clone();
+    boxed.add_solid(&Solid::cuboid(&Transform::translation(2.24, 0.05, 0.0), Vector3::new(0.08, 0.06, 0.14), SurfaceId(1)));
+    let base = base_at(1.5, 0.0, 0.0);
+    let world_from_camera = pose(&rig, &base);
+    let without = SceneTruth::new(&boxed, &rig).without_shadows().of(&world_from_camera).expect("the camera is in the duct");
+    let mut in_light_through_the_box = 0;
+    for point in without.centres.iter().filter(|p| p.surface == 0) {
+        let place = world_from_camera * Point3::from(point.point_in_camera_m);
+        assert!(enters(&(world_from_camera * Point3::origin()), &place, low, high).is_none_or(|share| share > 1.0), "{point:?}");
+        let source = world_from_camera * rig.lasers[point.laser].source_in_camera;
+        in_light_through_the_box += usize::from(enters(&source, &place, low, high).is_some_and(|share| share < 1.0));
+    }
+    assert!(in_light_through_the_box > 5, "{in_light_through_the_box}");
+    // On the box itself nothing changes: what is turned away from a laser stays dark.
+    let on_box = |frame: &FrameTruth| frame.centres.iter().filter(|p| p.surface == 1).copied().collect::<Vec<_>>();
+    assert_eq!(on_box(&without), on_box(&truth(&boxed, &rig, &base)));
+}
+
+#[test]
 fn what_cannot_be_seen_is_refused() {
     let network = duct(&[straight(LENGTH_M, 0.5, 0.3)]);
     let scene = SceneTruth::new(&network, &wide());

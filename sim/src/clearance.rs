@@ -1,7 +1,7 @@
 //! How far the robot's outline is from the nearest wall, ceiling or solid.
 
 use ductloop_duct::Transform;
-use ductloop_duct::cell::{Beyond, CellId};
+use ductloop_duct::cell::{Beyond, CellId, Solid};
 use ductloop_duct::network::Network;
 use nalgebra::Point3;
 use rapier3d::math::Pose;
@@ -10,7 +10,7 @@ use rapier3d::parry::query;
 use crate::convert;
 use crate::outline::{self, Part};
 use crate::spec::RobotSpec;
-use crate::walls::{Obstacle, Walls};
+use crate::walls::{Obstacle, Walls, solid_obstacle};
 
 /// The robot's outline, and how far it reaches from the base's origin.
 pub struct Outline {
@@ -28,6 +28,16 @@ impl Outline {
             .map(|sphere| sphere.center().length() + sphere.radius())
             .fold(0.0, f64::max);
         Self { parts, reach_m }
+    }
+
+    /// Smallest distance from the robot to one solid, in metres; zero when it touches. Infinite for a solid without volume.
+    pub fn distance_to_solid_m(&self, solid: &Solid, world_from_base: &Transform) -> f64 {
+        let Some(obstacle) = solid_obstacle(solid) else { return f64::INFINITY };
+        let distances_m = self.parts.iter().map(|part| {
+            let pose = convert::pose(&(world_from_base * part.base_from_part));
+            distance_m(part, &pose, &obstacle, f64::INFINITY)
+        });
+        distances_m.fold(f64::INFINITY, f64::min).max(0.0)
     }
 
     /// Smallest distance from the robot to a wall, ceiling or solid, in metres; zero when it touches. Floors and portals do not

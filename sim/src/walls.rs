@@ -111,8 +111,7 @@ impl Walls {
                     }
                 }
                 for solid in &cell.solids {
-                    let shape = solid_shape(solid).ok_or(WallError::Degenerate { fitting: cell.fitting })?;
-                    obstacles.push(obstacle(shape, &solid.corners, None));
+                    obstacles.push(solid_obstacle(solid).ok_or(WallError::Degenerate { fitting: cell.fitting })?);
                 }
                 Ok(obstacles)
             })
@@ -200,10 +199,10 @@ fn slab_shape(corners: &[Point3<f64>]) -> Option<SharedShape> {
     SharedShape::convex_mesh(corners.iter().map(convert::point).collect(), &triangles)
 }
 
-/// The shape of a solid. `None` if its corners span no volume.
-fn solid_shape(solid: &Solid) -> Option<SharedShape> {
+/// A solid. `None` if its corners span no volume.
+pub(crate) fn solid_obstacle(solid: &Solid) -> Option<Obstacle> {
     let corners: Vec<Vector> = solid.corners.iter().map(convert::point).collect();
-    SharedShape::convex_hull(&corners)
+    Some(obstacle(SharedShape::convex_hull(&corners)?, &solid.corners, None))
 }
 
 fn obstacle(shape: SharedShape, corners: &[Point3<f64>], sheet: Option<Sheet>) -> Obstacle {

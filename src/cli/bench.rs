@@ -164,6 +164,7 @@ fn view(scenario: &Scenario, network: &Network, frame: u32) -> View {
     View {
         motion: Motion { linear_m_s: base.rotation * nalgebra::Vector3::new(speed_m_s, 0.0, 0.0), ..Motion::default() },
         frame: u64::from(frame),
+        laser_power: scenario.laser_powers(1.0),
         ..still(base * scenario.rig.mount.base_from_camera(scenario.rig.mount.rest), scenario.first_exposure_s())
     }
 }

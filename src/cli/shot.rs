@@ -98,7 +98,8 @@ pub(crate) fn of_pose(scenario: &Scenario, pose: &[f64]) -> Result<Shot, Problem
         roll_rad: roll_deg.to_radians(),
         rest: MountAngles { pan_rad: yaw_deg.to_radians(), tilt_rad: pitch_deg.to_radians() },
     };
-    let view = still(stand.base_from_camera(stand.rest), scenario.first_exposure_s());
+    let laser_power = scenario.laser_powers(1.0);
+    let view = View { laser_power, ..still(stand.base_from_camera(stand.rest), scenario.first_exposure_s()) };
     let document = json!({"format": 1, "scenario": scenario.name, "seed": scenario.seed, "camera": camera(&view)});
     Ok(Shot { view, label: String::new(), document, lines: Vec::new() })
 }

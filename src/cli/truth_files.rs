@@ -19,7 +19,11 @@ pub(crate) fn names(out: &Path) -> [PathBuf; 5] {
 /// # Errors
 /// Where the camera is outside the duct, or a file cannot be made.
 pub(crate) fn of(scenario: &Scenario, view: &View, image: &GreyImage, out: &Path) -> anyhow::Result<Vec<(PathBuf, Vec<u8>)>> {
-    let truth = SceneTruth::new(&scenario.duct.network()?, &scenario.actual_rig()).of(&view.world_from_camera)?;
+    let scene = SceneTruth::new(&scenario.duct.network()?, &scenario.actual_rig());
+    let scene = if scenario.optics.shadows { scene } else { scene.without_shadows() };
+    let mut truth = scene.of(&view.world_from_camera)?;
+    // A laser that is off lights nothing.
+    truth.centres.retain(|centre| view.laser_power[centre.laser] > 0.0);
     let lasers: Vec<&str> = scenario.rig.lasers.iter().map(|laser| laser.name.as_str()).collect();
     let surfaces: Vec<&str> = scenario.surfaces.iter().map(|surface| surface.name.as_str()).collect();
     let rows_columns = [truth.height_px, truth.width_px];

@@ -1,8 +1,9 @@
 //! The robot's path on the plan of the duct, to scale.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use ductloop_duct::cell::{Face, FaceKind};
+use ductloop_duct::cell::{Face, FaceKind, Solid};
 use ductloop_duct::network::Network;
 use ductloop_nav::navigator::State;
 use nalgebra::{Point2, Point3};
@@ -72,12 +73,7 @@ fn draw(out: &mut String, scale: &Scale, scenario: &Scenario, network: &Network,
     for floor in faces().filter(|face| face.kind == FaceKind::Floor) {
         writeln!(out, r#"<path class="floor" d="{}"/>"#, scale.path(floor.outline.iter().map(Point3::xy), true))?;
     }
-    for solid in network.cells.iter().flat_map(|cell| &cell.solids) {
-        for corner in &solid.corners {
-            let [u, v] = scale.at(corner.x, corner.y);
-            writeln!(out, r#"<path class="solid" d="M{u:.1} {v:.1}h0"/>"#)?;
-        }
-    }
+    draw_solids(out, scale, scenario, network)?;
     let walls: String =
         faces().filter(|face| face.kind == FaceKind::Wall).flat_map(wall_pieces).map(|piece| scale.path(piece, false)).collect();
     writeln!(out, r#"<path class="wall" d="{walls}"/>"#)?;
@@ -105,6 +101,51 @@ fn draw(out: &mut String, scale: &Scale, scenario: &Scenario, network: &Network,
     }
     draw_scale_bar(out, scale)?;
     writeln!(out, "</svg>")
+}
+
+/// What stands in the duct: beads, and objects with their names.
+fn draw_solids(out: &mut String, scale: &Scale, scenario: &Scenario, network: &Network) -> std::fmt::Result {
+    let objects: Vec<Solid> = scenario.duct.objects.iter().map(|object| object.solid(&network.centreline)).collect();
+    let solids = network.cells.iter().flat_map(|cell| &cell.solids);
+    let beads = solids.filter(|solid| !objects.contains(solid)).map(|solid| ("bead", "flange bead".to_owned(), solid));
+    let named = scenario.duct.objects.iter().zip(&objects).enumerate().map(|(i, (object, solid))| {
+        let name = if object.name.is_empty() { format!("object {i}") } else { object.name.clone() };
+        ("object", name, solid)
+    });
+    // A solid that reaches into several cells is listed with each, and a bead's bars on floor and ceiling have one plan.
+    let mut drawn = BTreeSet::new();
+    for (class, title, solid) in beads.chain(named) {
+        let outline = scale.path(hull(&solid.corners), true);
+        let path = format!(r#"<path class="{class}" d="{outline}"><title>{}</title></path>"#, escaped(&title));
+        if class == "object" || !drawn.contains(&path) {
+            writeln!(out, "{path}")?;
+            drawn.insert(path);
+        }
+    }
+    Ok(())
+}
+
+/// The convex outline of points from above, anticlockwise (Andrew's monotone chain).
+fn hull(points: &[Point3<f64>]) -> Vec<Point2<f64>> {
+    let mut sorted: Vec<Point2<f64>> = points.iter().map(Point3::xy).collect();
+    sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let chain = |points: &mut dyn Iterator<Item = Point2<f64>>| {
+        let mut chain: Vec<Point2<f64>> = Vec::new();
+        for point in points {
+            while let [.., a, b] = chain[..]
+                && (b - a).perp(&(point - a)) <= 0.0
+            {
+                chain.pop();
+            }
+            chain.push(point);
+        }
+        // The last point is the first of the other chain.
+        chain.pop();
+        chain
+    };
+    let mut outline = chain(&mut sorted.iter().copied());
+    outline.extend(chain(&mut sorted.iter().rev().copied()));
+    outline
 }
 
 fn place(scale: &Scale, frame: &FrameRecord) -> [f64; 2] {
@@ -213,6 +254,37 @@ fn draw_scale_bar(out: &mut String, scale: &Scale) -> std::fmt::Result {
 mod tests {
     use super::*;
     use ductloop_duct::cell::{Beyond, Cell, Portal, Side, SurfaceId};
+
+    #[test]
+    fn the_outline_of_a_box_from_above_has_its_four_corners() {
+        // Turned, so that the lower and the upper corners differ by rounding only.
+        let turn = nalgebra::Rotation3::from_axis_angle(&nalgebra::Vector3::z_axis(), 0.3);
+        let corners = (0..8).map(|i| turn * Point3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)));
+        let outline = hull(&corners.collect::<Vec<_>>());
+        let area = outline.iter().zip(outline.iter().cycle().skip(1)).map(|(a, b)| a.coords.perp(&b.coords)).sum::<f64>() / 2.0;
+        assert!((area - 1.0).abs() < 1e-12, "{area}");
+        assert!((4..=8).contains(&outline.len()), "{outline:?}");
+    }
+
+    #[test]
+    fn each_bead_and_each_object_is_drawn_once() {
+        let scenario = Scenario::from_toml_str(
+            "format = 1\nkind = \"scenario\"\nname = \"t\"\n[duct]\nwidth_m = 0.5\nheight_m = 0.3\nbead_mm = 3\n\
+             run = [{ straight_m = 2 }, { straight_m = 2 }]\n[[duct.object]]\nname = \"brick\"\nsize_m = [0.2, 0.1, 0.1]\nat_m = 2\n\
+             [[duct.object]]\nsize_m = [0.1, 0.1, 0.1]\nat_m = 3\n",
+        )
+        .unwrap_or_else(|wrong| panic!("{wrong}"));
+        let network = scenario.duct.network().expect("valid");
+        let mut out = String::new();
+        draw_solids(&mut out, &Scale::of(&network), &scenario, &network).expect("a string takes it");
+        // Floor and ceiling, left, right; the one in the middle of the joint is in both cells.
+        let count = |what: &str| out.matches(what).count();
+        assert_eq!(
+            [r#"class="object""#, "<title>brick<", "<title>object 1<", r#"class="bead""#].map(count),
+            [2, 1, 1, 3],
+            "{out}"
+        );
+    }
 
     #[test]
     fn a_wall_is_drawn_without_its_openings() {

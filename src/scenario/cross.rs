@@ -4,6 +4,7 @@
 
 mod course;
 mod sensor;
+mod standing;
 
 use ductloop_duct::fitting::FittingError;
 use ductloop_duct::network::{Network, NetworkError};
@@ -26,7 +27,9 @@ pub(super) fn check(scenario: &Scenario, typed: &Typed, checked: &mut Checked) {
     cross.sensor();
     cross.perception();
     cross.fit();
+    cross.beads();
     if let Some(network) = cross.network() {
+        cross.objects(&network);
         cross.course(&network);
     }
 }

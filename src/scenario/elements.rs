@@ -1,4 +1,4 @@
-//! The tables with names of their own and the arrays of tables: lasers, surfaces, fittings, faults.
+//! The tables with names of their own and the arrays of tables: lasers, surfaces, fittings, objects, faults.
 
 use ductloop_duct::cell::SurfaceId;
 use ductloop_duct::fitting::Shape;
@@ -10,7 +10,7 @@ use super::Scenario;
 use super::check::{Checked, quoted};
 use super::diagnostic::Finding;
 use super::fields::Scale;
-use super::model::{Fault, FaultKind, Piece, Surface};
+use super::model::{Fault, FaultKind, Object, ObjectShape, Piece, Surface};
 use super::resolve::default_of;
 use super::tree::{Entry, Node, Table};
 use super::typed::Typed;
@@ -55,10 +55,11 @@ fn listed<'t>(layered: &'t Table, path: &str) -> impl Iterator<Item = Element<'t
     list.iter().filter_map(Node::as_table).map(Element)
 }
 
-/// The lasers in the order of the file, those of a preset first.
-pub(super) fn lasers(layered: &Table, rig: &Rig, typed: &Typed, checked: &mut Checked) -> Vec<Laser> {
+/// The lasers with their powers, in the order of the file, those of a preset first.
+pub(super) fn lasers(layered: &Table, rig: &Rig, typed: &Typed, checked: &mut Checked) -> Vec<(Laser, f64)> {
     let base_from_camera = rig.mount.base_from_camera(MountAngles::default());
-    let default_fan = default_of("sensor.laser.*.fan_deg").and_then(|n| n.as_number()).unwrap_or_default();
+    let default = |key: &str| default_of(&format!("sensor.laser.*.{key}")).and_then(|n| n.as_number()).unwrap_or_default();
+    let (default_fan, default_power) = (default("fan_deg"), default("power"));
     let lasers: Vec<_> = named(layered, "sensor.laser")
         .filter_map(|(entry, laser)| {
             let path = format!("sensor.laser.{}", entry.key);
@@ -66,13 +67,15 @@ pub(super) fn lasers(layered: &Table, rig: &Rig, typed: &Typed, checked: &mut Ch
             let offset_m = laser.number("offset_m", Scale::Si)?;
             let given = laser.vector("source_in_camera_m").map(Point3::from);
             let in_base = laser.vector("source_in_base_m").map(|p| base_from_camera.inverse() * Point3::from(p));
-            Some(Laser {
+            let power = laser.number("power", Scale::Si).unwrap_or(default_power);
+            let laser = Laser {
                 name: entry.key.clone(),
                 normal_in_camera,
                 offset_m,
                 source_in_camera: given.or(in_base).unwrap_or_else(|| Point3::from(*normal_in_camera * offset_m)),
                 fan_rad: laser.number("fan_deg", Scale::Degrees).unwrap_or_else(|| Scale::Degrees.si(default_fan)),
-            })
+            };
+            Some((laser, power))
         })
         .collect();
     if lasers.is_empty() && checked.is_sound(&["sensor"]) {
@@ -102,7 +105,7 @@ fn unit(normal: Vector3<f64>, path: &str, typed: &Typed, checked: &mut Checked) 
     None
 }
 
-/// The run of fittings, and the surfaces that it is made of.
+/// The run of fittings, what stands in it, and the surfaces that they are made of.
 ///
 /// Surfaces are numbered by first use, then come those that the file defines and does not use.
 pub(super) fn duct(layered: &Table, root: &Table, scenario: &mut Scenario, typed: &Typed, checked: &mut Checked) {
@@ -131,6 +134,12 @@ pub(super) fn duct(layered: &Table, root: &Table, scenario: &mut Scenario, typed
             scenario.duct.run.push(Piece { shape, surface });
         }
     }
+    scenario.duct.objects.clear();
+    for (i, object) in listed(layered, "duct.object").enumerate() {
+        let name = object.text("surface").map(|name| (name, format!("duct.object[{i}].surface")));
+        let surface = name.and_then(|(name, path)| id(name, &path, checked)).unwrap_or(scenario.duct.surface);
+        scenario.duct.objects.extend(self::object(&object, surface));
+    }
     for (entry, _) in named(root, "surface") {
         if let Some(surface) = surface(layered, &entry.key) {
             number(&mut surfaces, surface);
@@ -148,6 +157,23 @@ fn shape(piece: &Element<'_>, width_m: f64) -> Option<Shape> {
         return Some(Shape::RadiusElbow { angle_rad, throat_radius_m });
     }
     piece.number("mitre_deg", Scale::Degrees).map(|angle_rad| Shape::MitredElbow { angle_rad })
+}
+
+/// What stands in the duct; `None` where something that must be given is not, which has been reported.
+fn object(object: &Element<'_>, surface: SurfaceId) -> Option<Object> {
+    let or_default = |key: &str, scale: Scale| {
+        let default = || default_of(&format!("duct.object[].{key}"))?.as_number().map(|x| scale.si(x));
+        object.number(key, scale).or_else(default).unwrap_or_default()
+    };
+    Some(Object {
+        name: object.text("name").unwrap_or_default().to_owned(),
+        shape: ObjectShape::Box { size_m: object.vector("size_m")?.into() },
+        at_m: object.number("at_m", Scale::Si)?,
+        left_m: or_default("left_m", Scale::Si),
+        above_m: or_default("above_m", Scale::Si),
+        turned_rad: or_default("turned_deg", Scale::Degrees),
+        surface,
+    })
 }
 
 /// The index of a surface, which is taken in if it is new.

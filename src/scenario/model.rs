@@ -1,14 +1,19 @@
 //! A scenario as resolved: every default and preset filled in, SI units, radians.
 
-use ductloop_duct::cell::SurfaceId;
+use ductloop_duct::Transform;
+use ductloop_duct::cell::{Solid, SurfaceId};
+use ductloop_duct::centreline::Centreline;
 use ductloop_duct::fitting::{Fitting, Shape};
 use ductloop_duct::network::{End, Network, NetworkError};
+use ductloop_nav::angle::rotation_about_z;
 use ductloop_nav::control::koh_cho::KohChoParams;
 use ductloop_nav::perception::paper::PaperParams;
 use ductloop_nav::rig::Rig;
 use ductloop_sensor::optics::Optics;
+use ductloop_sensor::renderer::MAX_LASERS;
 use ductloop_sensor::surface::Look;
 use ductloop_sim::spec::RobotSpec;
+use nalgebra::{Translation3, Vector3};
 
 use super::criteria::Criteria;
 
@@ -33,7 +38,9 @@ pub struct Scenario {
     pub speed_m_s: f64,
     /// The nominal rig, by which the navigator reads images.
     pub rig: Rig,
-    /// How the true rig differs from it.
+    /// Power of each laser as a share of nominal, in the order of the lasers, before what the navigator asks; it is not told.
+    pub laser_power: Vec<f64>,
+    /// How the true rig differs from the nominal one.
     pub rig_error: RigDeviation,
     /// Exposure of every frame, in seconds; `None`: automatic.
     pub exposure_s: Option<f64>,
@@ -158,6 +165,41 @@ pub struct Duct {
     pub entry: End,
     /// How the end is finished.
     pub exit: End,
+    /// Height of the flange beads at the joints, in metres; 0 for none.
+    pub bead_m: f64,
+    /// Their width along the duct, in metres.
+    pub bead_width_m: f64,
+    /// What stands in it.
+    pub objects: Vec<Object>,
+}
+
+/// Something that stands in the duct.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Object {
+    /// What reports call it; may be empty.
+    pub name: String,
+    /// What it is.
+    pub shape: ObjectShape,
+    /// Where its middle is along the centreline, in metres.
+    pub at_m: f64,
+    /// How far its middle is to the left of the centreline, in metres.
+    pub left_m: f64,
+    /// How far its bottom is above the floor, in metres.
+    pub above_m: f64,
+    /// Turn about the vertical against the centreline, anticlockwise positive, in radians.
+    pub turned_rad: f64,
+    /// What it is made of.
+    pub surface: SurfaceId,
+}
+
+/// The shape of an object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ObjectShape {
+    /// A box.
+    Box {
+        /// Its size along the duct, across it and upright, in metres, before it is turned.
+        size_m: [f64; 3],
+    },
 }
 
 /// A fitting of the run.
@@ -257,12 +299,32 @@ impl Duct {
         self.run.iter().map(|piece| Fitting { shape: piece.shape, width_m, height_m, surface: piece.surface }).collect()
     }
 
-    /// The network that the fittings make.
+    /// The network that the fittings make, with the beads at its joints and with what stands in it.
     ///
     /// # Errors
     /// None for a scenario that was read or that [`Scenario::validate`] accepts.
     pub fn network(&self) -> Result<Network, NetworkError> {
-        Network::from_run(&self.fittings(), self.entry, self.exit)
+        let mut network = Network::from_run(&self.fittings(), self.entry, self.exit)?;
+        if self.bead_m > 0.0 {
+            network.add_beads(self.bead_m, self.bead_width_m, self.surface);
+        }
+        for object in &self.objects {
+            network.add_solid(&object.solid(&network.centreline));
+        }
+        Ok(network)
+    }
+}
+
+impl Object {
+    /// The object in the world.
+    ///
+    /// # Panics
+    /// If the path has no segments.
+    pub fn solid(&self, centreline: &Centreline) -> Solid {
+        let stand =
+            Transform::from_parts(Translation3::new(0.0, self.left_m, self.above_m), rotation_about_z(self.turned_rad).into());
+        let ObjectShape::Box { size_m } = self.shape;
+        Solid::cuboid(&(centreline.pose_at(self.at_m) * stand), Vector3::from(size_m), self.surface)
     }
 }
 
@@ -273,6 +335,11 @@ impl Scenario {
         let rig = self.rig.clone().with_mount_error(*pan_rad, *tilt_rad, *roll_rad);
         let turned = laser_plane_rad.iter().enumerate().take(self.rig.lasers.len()).filter(|(_, angle)| **angle != 0.0);
         turned.fold(rig, |rig, (index, angle)| rig.with_plane_turned(index, *angle))
+    }
+
+    /// Power of each laser where the navigator asks for `asked`, as shares of nominal. One that has no power of its own has that.
+    pub fn laser_powers(&self, asked: f64) -> [f64; MAX_LASERS] {
+        std::array::from_fn(|laser| self.laser_power.get(laser).map_or(asked, |power| power * asked))
     }
 
     /// Exposure of the first frame, in seconds; of every frame, unless it is automatic.

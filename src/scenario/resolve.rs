@@ -101,7 +101,7 @@ fn build(layered: &Table, root: &Table, typed: &Typed, checked: &mut Checked) ->
             store(field, &mut scenario, &node);
         }
     }
-    scenario.rig.lasers = elements::lasers(layered, &scenario.rig, typed, checked);
+    (scenario.rig.lasers, scenario.laser_power) = elements::lasers(layered, &scenario.rig, typed, checked).into_iter().unzip();
     if layered.at("sensor.error.laser_plane_deg").is_none() {
         scenario.rig_error.laser_plane_rad = vec![0.0; scenario.rig.lasers.len()];
     }
@@ -185,6 +185,7 @@ fn blank() -> Scenario {
             lasers: Vec::new(),
             line: LineWidth { width_m: 1e-3, growth_rad: 0.0 },
         },
+        laser_power: Vec::new(),
         rig_error: RigDeviation::default(),
         exposure_s: None,
         auto_exposure: AutoExposure { target_dn: 1.0, exposure_s: [1e-3; 2], laser_power: [1.0; 2] },
@@ -199,6 +200,9 @@ fn blank() -> Scenario {
             run: Vec::new(),
             entry: End::Cap,
             exit: End::Open,
+            bead_m: 0.0,
+            bead_width_m: 0.0,
+            objects: Vec::new(),
         },
         surfaces: Vec::new(),
         start: Start { distance_m: 0.0, lateral_m: 0.0, heading_rad: 0.0 },

@@ -10,7 +10,7 @@ use super::Scenario;
 use super::check::join;
 use super::criteria::Bound;
 use super::fields::{self, Field, Kind, Scale, Shape, Slot, TableShape};
-use super::model::FaultKind;
+use super::model::{FaultKind, ObjectShape};
 use super::parse;
 use super::source::Span;
 use super::tree::{Entry, Node, Table, Value};
@@ -35,6 +35,7 @@ fn tree(scenario: &Scenario) -> Table {
     }
     root.put("duct.surface", Value::Text(surface_name(scenario, scenario.duct.surface.0)));
     root.put("duct.run", Value::List(run(scenario)));
+    root.put("duct.object", Value::List(objects(scenario)));
     root.put("sensor.laser", Value::Table(lasers(scenario)));
     root.put("surface", Value::Table(surfaces(scenario)));
     root.put("fault", Value::List(faults(scenario)));
@@ -129,14 +130,36 @@ fn run(scenario: &Scenario) -> Vec<Node> {
     scenario.duct.run.iter().map(piece).collect()
 }
 
+fn vector(v: [f64; 3]) -> Option<Value> {
+    Some(Value::List(v.map(|x| node(Value::Number(x))).into()))
+}
+
+fn objects(scenario: &Scenario) -> Vec<Node> {
+    let object = |object: &super::Object| {
+        let ObjectShape::Box { size_m } = object.shape;
+        let number = |x| Some(Value::Number(x));
+        node(Value::Table(element([
+            ("name", (!object.name.is_empty()).then(|| Value::Text(object.name.clone()))),
+            ("shape", Some(Value::Text("box".to_owned()))),
+            ("size_m", vector(size_m)),
+            ("at_m", number(object.at_m)),
+            ("left_m", number(object.left_m)),
+            ("above_m", number(object.above_m)),
+            ("turned_deg", number(Scale::Degrees.in_file(object.turned_rad))),
+            ("surface", Some(Value::Text(surface_name(scenario, object.surface.0)))),
+        ])))
+    };
+    scenario.duct.objects.iter().map(object).collect()
+}
+
 fn lasers(scenario: &Scenario) -> Table {
-    let vector = |v: [f64; 3]| Some(Value::List(v.map(|x| node(Value::Number(x))).into()));
-    named(scenario.rig.lasers.iter().map(|laser| {
+    named(scenario.rig.lasers.iter().enumerate().map(|(index, laser)| {
         let table = element([
             ("normal", vector(laser.normal_in_camera.into_inner().into())),
             ("offset_m", Some(Value::Number(laser.offset_m))),
             ("fan_deg", Some(Value::Number(Scale::Degrees.in_file(laser.fan_rad)))),
             ("source_in_camera_m", vector(laser.source_in_camera.coords.into())),
+            ("power", scenario.laser_power.get(index).copied().map(Value::Number)),
         ]);
         (laser.name.clone(), table)
     }))

@@ -36,6 +36,14 @@ fn a_set_reaches_every_kind_of_field() {
         "sensor.error.pan_deg=-0.25",
         "pass.lateral_rms_mm=1.5",
         "perception.pipeline=truth",
+        "duct.bead_mm=2.5",
+        "duct.bead_width_mm=15",
+        "duct.object=[{ size_m = [0.2, 0.1, 0.05], at_m = 2.0 }, \
+         { name = \"plank\", size_m = [0.02, 0.02, 0.3], at_m = 1.5, left_m = -0.2 }]",
+        "duct.object[0].turned_deg=30",
+        "duct.object[0].surface=brick",
+        "sensor.laser.high.power=0.5",
+        "sensor.light.shadows=false",
     ])
     .unwrap_or_else(|errors| panic!("{errors}"));
     assert_eq!((scenario.seed, scenario.name.as_str()), (7, "other"));
@@ -44,6 +52,12 @@ fn a_set_reaches_every_kind_of_field() {
     assert_eq!(scenario.duct.run[0].surface.0, 1);
     assert_eq!(scenario.faults[0].at_s, 2.5);
     assert_eq!(scenario.faults[0].kind, FaultKind::LaserOff { laser: 1 });
+    assert_eq!((scenario.duct.bead_m, scenario.duct.bead_width_m), (0.0025, 0.015));
+    let [first, second] = &scenario.duct.objects[..] else { panic!("two objects: {:?}", scenario.duct.objects) };
+    assert_eq!((first.name.as_str(), first.turned_rad, first.surface.0), ("", 30f64.to_radians(), 1));
+    assert_eq!((second.name.as_str(), second.left_m, second.surface), ("plank", -0.2, scenario.duct.surface));
+    assert_eq!(scenario.laser_power, [1.0, 0.5]);
+    assert!(!scenario.optics.shadows);
     assert_eq!(scenario.rig_error.pan_rad, -(0.25f64.to_radians()));
     let bound = &scenario.pass.get("lateral_rms_mm").expect("a criterion").bound;
     assert_eq!(*bound, ductloop::scenario::Bound::AtMost(0.0015));
@@ -107,6 +121,8 @@ fn errors_name_the_argument_and_the_place_in_it() {
         ("duct.width_m.x=1", 14, "cannot go on", "ends at `width_m`"),
         ("duct.width_m[0]=1", 13, "cannot go on", "ends at `width_m`"),
         ("duct=3", 6, "`duct` is a table", "[duct]"),
+        ("duct.object[0].at_m=1", 6, "`object` has no such element", "--with"),
+        ("duct.object=[{ size_m = [0.1, 0.1, 0.1], at_m = 5.97 }]", 49, "reaches out of the duct", "0.050 to 5.950"),
         ("duct.surface=brick", 14, "no surface \"brick\"", "galvanised-dusty"),
         ("sensor.laser.low.offset_m=0", 27, "shows no depth", "0.001"),
         ("rates.camera_hz=7", 17, "does not divide", "6 and 8"),

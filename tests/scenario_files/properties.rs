@@ -9,7 +9,10 @@ use super::LEAST;
 /// A resolved file: every field stands in it.
 fn full() -> String {
     let text = format!(
-        "{LEAST}[start]\nlateral_m = 0.01\nheading_deg = 2.0\n[[fault]]\nkind = \"laser-off\"\nat_s = 1.0\nfor_s = 0.5\nlaser = \"low\"\n\
+        "{LEAST}bead_mm = 2.0\n[[duct.object]]\nname = \"brick\"\n\
+         size_m = [0.1, 0.05, 0.02]\nat_m = 3.0\nleft_m = 0.15\nabove_m = 0.02\n\
+         turned_deg = 20.0\n[start]\nlateral_m = 0.01\n\
+         heading_deg = 2.0\n[[fault]]\nkind = \"laser-off\"\nat_s = 1.0\nfor_s = 0.5\nlaser = \"low\"\n\
          [pass]\ncompleted = true\nend_state = \"finished\"\ncollisions = 3\ncontact_speed_max_m_s = 0.5\nmin_clearance_mm = 5.0\n\
          lateral_rms_mm = 5.0\nlateral_max_mm = 20.0\nheading_rms_deg = 0.5\nheading_max_deg = 2.0\nlateral_estimate_rms_mm = 3.0\n\
          heading_estimate_rms_deg = 0.25\nestimates_valid_min = 0.9\nsim_time_s = 30.0\ndistance_min_m = 4.0\ncontrol_effort = 100.0\n\
@@ -112,6 +115,7 @@ fn each_field_has_a_place_of_its_own() {
         "exit",
         "end_state",
         "laser",
+        "shape",
     ];
     unchangeable.retain(|key| !tied.contains(key));
     assert!(unchangeable.is_empty(), "no other value was accepted for {unchangeable:?}");

@@ -117,7 +117,9 @@ fn it_accepts_what_the_reader_accepts() {
         assert_eq!(violation(&schema, &to_json(&resolved), ""), None, "{} resolved", path.display());
     }
     let every_way = format!(
-        "{}\n[sensor.camera]\nfocal_px = [378.0, 379.0]\n[sensor.laser.low]\noffset_m = 0.059676\n[surface.painted]\nalbedo = 0.7\n",
+        "{}\nbead_mm = 3\n[[duct.object]]\nshape = \"box\"\nsize_m = [0.1, 0.2, 0.05]\nat_m = 2\nsurface = \"painted\"\n\
+         [sensor.camera]\nfocal_px = [378.0, 379.0]\n[sensor.laser.low]\noffset_m = 0.059676\npower = 0\n[sensor.light]\n\
+         shadows = false\n[surface.painted]\nalbedo = 0.7\n",
         LEAST.replace(" }]", " }, { elbow_deg = 90 }, { mitre_deg = -45.0, surface = \"painted\" }, { straight_m = 2 }]"),
     );
     Scenario::from_toml_str(&every_way).unwrap_or_else(|errors| panic!("{errors}"));
@@ -139,6 +141,11 @@ fn it_rejects_what_the_reader_rejects() {
         ("two kinds of fitting", LEAST.replace(" }]", ", elbow_deg = 90 }]")),
         ("no kind of fitting", LEAST.replace("straight_m = 6.0", "")),
         ("no fitting", LEAST.replace("{ straight_m = 6.0 }", "")),
+        ("an object without a size", format!("{LEAST}[[duct.object]]\nat_m = 2.0\n")),
+        ("an object of no thickness", format!("{LEAST}[[duct.object]]\nat_m = 2.0\nsize_m = [0.1, 0.1, 0.0]\n")),
+        ("an unknown shape", format!("{LEAST}[[duct.object]]\nat_m = 2.0\nsize_m = [0.1, 0.1, 0.1]\nshape = \"ball\"\n")),
+        ("a bead", format!("{LEAST}bead_mm = 11.0\n")),
+        ("a laser's power", format!("{LEAST}[sensor.laser.low]\npower = 10.5\n")),
         ("another format", LEAST.replace("format = 1", "format = 2")),
         ("another kind", LEAST.replace("\"scenario\"", "\"sweep\"")),
         ("a laser's name", format!("{LEAST}[sensor.laser.\"a b\"]\nnormal = [0, 1, 0]\noffset_m = 0.1\n")),
@@ -184,6 +191,7 @@ fn paths_as_typed_find_their_fields() {
         ("duct.run[12].elbow_deg", "duct.run[].elbow_deg"),
         ("sensor.laser.low.offset_m", "sensor.laser.*.offset_m"),
         ("fault[0].at_s", "fault[].at_s"),
+        ("duct.object[3].size_m", "duct.object[].size_m"),
         ("seed", "seed"),
     ] {
         assert_eq!(fields::field(typed).map(|f| f.path), Some(path), "{typed}");

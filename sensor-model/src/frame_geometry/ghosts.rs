@@ -312,13 +312,18 @@ impl FrameGeometry {
             MirroredWay::Light => (strip.source, None, &strip.plane, sighting.body),
             MirroredWay::View => (camera, Some(&mirror.plane), &mirror.plane, None),
         };
-        shadows.aim(frame, &strip.source, Some(&mirror.plane), &self.points);
-        for id in self.lit.bodies(lit, frame.scenery) {
-            shadows.add(&bodies[id], &strip.plane, edges, holes);
+        if self.shadows_on {
+            shadows.aim(frame, &strip.source, Some(&mirror.plane), &self.points);
+            for id in self.lit.bodies(lit, frame.scenery) {
+                shadows.add(&bodies[id], &strip.plane, edges, holes);
+            }
         }
-        shadows.aim(frame, &beyond, beyond_mirror, &self.points);
-        for id in echo.bodies(sighting, frame.scenery).filter(|id| Some(*id) != sighting.body) {
-            shadows.add(&bodies[id], &strip.plane, edges, holes);
+        // What is beyond the mirror is the laser's light, or what the camera sees.
+        if self.shadows_on || mirror.way == MirroredWay::View {
+            shadows.aim(frame, &beyond, beyond_mirror, &self.points);
+            for id in echo.bodies(sighting, frame.scenery).filter(|id| Some(*id) != sighting.body) {
+                shadows.add(&bodies[id], &strip.plane, edges, holes);
+            }
         }
         shadows.aim(frame, &camera, None, &self.points);
         for id in self.seen_bodies.iter().copied().filter(|id| Some(*id) != own) {

@@ -61,9 +61,11 @@ impl FrameGeometry {
         let Some(middle) = Middle::new(&strip, &self.points, &slit.plane.normal) else { return };
         let gaps = &mut self.gaps;
         gaps.clear();
-        self.shadows.aim(frame, &strip.source, None, &self.points);
-        for id in self.lit.bodies(lit, frame.scenery) {
-            self.shadows.add(&frame.scenery.bodies[id], plane, &mut gaps.edges, &mut gaps.holes);
+        if self.shadows_on {
+            self.shadows.aim(frame, &strip.source, None, &self.points);
+            for id in self.lit.bodies(lit, frame.scenery) {
+                self.shadows.add(&frame.scenery.bodies[id], plane, &mut gaps.edges, &mut gaps.holes);
+            }
         }
         // What stands between camera and sheet, its own body apart.
         self.shadows.aim(frame, &Vector3::zeros(), None, &self.points);

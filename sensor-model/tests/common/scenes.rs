@@ -161,6 +161,7 @@ fn by_hand() -> Vec<Scene> {
     for i in 0..3 {
         thin.add_solid(&cuboid(1.9 + 0.4 * f64::from(i), 0.0, 0.0, [0.02, 0.5, 0.003], 1));
     }
+    let unshaded = Optics { shadows: false, ..plain.clone() };
     let everything = Optics {
         ghosts: true,
         bounce: true,
@@ -199,7 +200,8 @@ fn by_hand() -> Vec<Scene> {
         scene("facing", wide(), duct(3), &plain, base_at(5.5, 0.0, 0.0)),
         scene("near-the-cap", wide(), duct(3), &plain, base_at(5.75, 0.0, 12.0)),
         scene("near-the-wall", wide(), duct(1), &plain, base_at(1.5, 0.2, 0.0)),
-        scene("boxes", wide(), boxed, &plain, base_at(1.5, 0.0, 0.0)),
+        scene("boxes", wide(), boxed.clone(), &plain, base_at(1.5, 0.0, 0.0)),
+        scene("boxes-without-shadows", wide(), boxed, &unshaded, base_at(1.5, 0.0, 0.0)),
         scene("beads", wide(), thin, &plain, base_at(1.5, 0.0, 0.0)),
         scene("elbow", wide(), elbow(), &plain, base_at(1.9, 0.0, 0.0)),
         scene("in-the-elbow", wide(), elbow(), &plain, base_at(2.4, 0.0, 5.0)),

@@ -52,6 +52,17 @@ impl View<'_> {
         self.network.cast(cell, &origin, way, 50.0)
     }
 
+    /// What a laser's ray meets first.
+    fn light(&self, from: &Point3<f64>, way: &Unit<Vector3<f64>>) -> Option<Hit> {
+        if self.optics.shadows {
+            return self.cast(from, way);
+        }
+        // The walls alone.
+        let mut walls = self.network.clone();
+        walls.cells.iter_mut().for_each(|cell| cell.solids.clear());
+        View { network: &walls, ..*self }.cast(from, way)
+    }
+
     pub fn seen(&self, pixel: [f64; 2]) -> Option<Hit> {
         self.cast(&Point3::from(self.world_from_camera.translation.vector), &self.way(pixel))
     }
@@ -88,7 +99,7 @@ impl View<'_> {
         if cos_light <= 0.0 || off.abs() > 6.0 {
             return 0.0;
         }
-        let met = self.cast(&source, &Unit::new_normalize(way));
+        let met = self.light(&source, &Unit::new_normalize(way));
         if met.is_some_and(|met| (met.point - hit.point).norm() > 1e-5) {
             return 0.0;
         }

@@ -63,6 +63,7 @@ impl Cross<'_> {
             );
         } else {
             self.start(network);
+            self.start_among(network);
             self.start_view(network);
             self.finish();
             self.settle(finish_m - start.distance_m);

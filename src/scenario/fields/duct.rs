@@ -37,6 +37,13 @@ pub(super) const FIELDS: &[Field] = &[
     Field::word("duct.exit", ENDS, |s| end_word(s.duct.exit), |s, word| s.duct.exit = end(word))
         .default("\"open\"")
         .about("How the run's end is finished."),
+    Field::number("duct.bead_mm", 0.0, 10.0, |s| &mut s.duct.bead_m).milli("mm").default("0.0").about(
+        "Height of the flange beads at the joints, of duct.surface; 0 for none. A wheel that bumps over one counts a collision.",
+    ),
+    Field::number("duct.bead_width_mm", 1.0, 200.0, |s| &mut s.duct.bead_width_m)
+        .milli("mm")
+        .default("20.0")
+        .about("Width of the flange beads along the duct, half of it on each side of the joint."),
     Field::of_element("duct.run[].straight_m", Kind::Number { min: 0.01, max: 1000.0 })
         .unit("m")
         .or(Default::Absent("it is another fitting"))

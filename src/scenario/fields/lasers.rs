@@ -54,6 +54,9 @@ pub(super) const FIELDS: &[Field] = &[
         .unit("m")
         .or(super::Default::Absent("the foot of the perpendicular from the camera's centre to the plane"))
         .about("Where the fan starts, in the camera frame; it then goes where the camera goes."),
+    Field::of_element("sensor.laser.*.power", Kind::Number { min: 0.0, max: 10.0 })
+        .default("1.0")
+        .about("Its power as a share of nominal, times what the navigator asks; 0 is off. The navigator is not told."),
     Field::number("sensor.line.width_mm", 0.05, 50.0, |s| &mut s.rig.line.width_m)
         .milli("mm")
         .preset()
@@ -107,6 +110,9 @@ pub(super) const FIELDS: &[Field] = &[
         .unit("px")
         .default("1.0")
         .about("Size of a speckle grain in the image."),
+    Field::new("sensor.light.shadows", Kind::Flag, Slot::Flag(|s| &mut s.optics.shadows))
+        .default("true")
+        .about("Whether bodies standing in the duct cast shadows in the lasers' light; walls always do."),
     Field::new("sensor.light.ghosts", Kind::Flag, Slot::Flag(|s| &mut s.optics.ghosts))
         .default("false")
         .about("Whether stripes are seen again where a wall mirrors them."),

@@ -14,6 +14,7 @@ mod imager;
 mod koh_cho;
 mod lasers;
 mod navigator;
+mod object;
 mod paper;
 mod pass;
 mod robot;
@@ -64,6 +65,7 @@ pub fn tables() -> impl Iterator<Item = &'static TableRow> {
         paper::TABLES,
         koh_cho::TABLES,
         duct::TABLES,
+        object::TABLES,
         course::TABLES,
         fault::TABLES,
         pass::TABLES,
@@ -85,6 +87,7 @@ pub fn fields() -> impl Iterator<Item = &'static Field> {
         paper::FIELDS,
         koh_cho::FIELDS,
         duct::FIELDS,
+        object::FIELDS,
         course::FIELDS,
         fault::FIELDS,
         pass::FIELDS,

@@ -1,0 +1,108 @@
+//! What stands in the duct, beads and objects: it is within the duct, and the robot does not start in it.
+
+use ductloop_duct::cell::Solid;
+use ductloop_duct::network::Network;
+use ductloop_sim::clearance::Outline;
+
+use super::{Cross, FREE_M, up_mm};
+use crate::scenario::model::{Object, ObjectShape};
+
+impl Cross<'_> {
+    /// Beads no wider than the fittings that they are between: elsewhere they would stand in the next joint.
+    pub(super) fn beads(&mut self) {
+        let duct = &self.scenario.duct;
+        let paths = ["duct.bead_mm", "duct.bead_width_mm", "duct.run", "duct.width_m"];
+        if duct.bead_m == 0.0 || duct.run.len() < 2 || !self.checked.is_sound(&paths) {
+            return;
+        }
+        let lengths_m = duct.fittings().into_iter().map(|fitting| fitting.length_m());
+        let Some((index, length_m)) = lengths_m.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)) else { return };
+        if duct.bead_width_m > length_m {
+            let message = format!("flange beads {} mm wide are wider than `duct.run[{index}]` is long", duct.bead_width_m * 1e3);
+            let help = format!("{:.3} mm or less, or a longer fitting", libm::floor(length_m * 1e6) / 1e3);
+            self.wrong(&["duct.bead_width_mm", "duct.bead_mm"], message, help);
+        }
+    }
+
+    /// Each object is within the duct.
+    pub(super) fn objects(&mut self, network: &Network) {
+        if !self.checked.is_sound(&["duct"]) {
+            return;
+        }
+        let length_m = network.centreline.length_m();
+        for (i, object) in self.scenario.duct.objects.iter().enumerate() {
+            let path = |key: &str| format!("duct.object[{i}].{key}");
+            if object.at_m > length_m {
+                let message = format!("{} stands at {} m, but the duct ends at {length_m:.3} m", called(i, object), object.at_m);
+                self.wrong_at(&path("at_m"), message, "a distance within the duct".to_owned());
+            } else if !network.encloses(&object.solid(&network.centreline)) {
+                let (key, help) = self.room(object, length_m);
+                self.wrong_at(&path(key), format!("{} reaches out of the duct", called(i, object)), help);
+            }
+        }
+    }
+
+    /// Where an object that is not inside would be: the key to change, and to what.
+    fn room(&self, object: &Object, length_m: f64) -> (&'static str, String) {
+        let duct = &self.scenario.duct;
+        let ObjectShape::Box { size_m: [along_m, across_m, high_m] } = object.shape;
+        let (sin, cos) = libm::sincos(object.turned_rad);
+        let half = |a: f64, b: f64| (a * cos.abs() + b * sin.abs()) / 2.0;
+        let (ahead_m, aside_m) = (half(along_m, across_m), half(across_m, along_m));
+        let free_m = duct.width_m / 2.0 - aside_m;
+        let last_m = length_m - ahead_m;
+        if high_m > duct.height_m {
+            ("size_m", format!("upright at most {} m, the duct's height", duct.height_m))
+        } else if object.above_m + high_m > duct.height_m {
+            ("above_m", format!("{:.3} or less: the duct is {} m high", -up_mm(high_m - duct.height_m), duct.height_m))
+        } else if free_m < 0.0 {
+            ("size_m", format!("so turned it is {:.3} m wide, and the duct is {} m wide", 2.0 * aside_m, duct.width_m))
+        } else if object.left_m.abs() > free_m {
+            ("left_m", format!("in a straight it may be {:.3} to {:.3}", up_mm(-free_m), -up_mm(-free_m)))
+        } else if !(ahead_m..=last_m).contains(&object.at_m) && ahead_m <= last_m {
+            ("at_m", format!("in a straight it may be {:.3} to {:.3}", up_mm(ahead_m), -up_mm(-last_m)))
+        } else {
+            ("at_m", "the duct bends here: another place, or a smaller object".to_owned())
+        }
+    }
+
+    /// The robot stands free of beads and objects at the start. `network` holds them.
+    pub(super) fn start_among(&mut self, network: &Network) {
+        if !self.checked.is_sound(&["robot", "duct", "start"]) {
+            return;
+        }
+        let scenario = self.scenario;
+        let outline = Outline::new(&scenario.robot);
+        let start = scenario.world_from_start(network);
+        let touches = |solid: &Solid| outline.distance_to_solid_m(solid, &start) < FREE_M;
+        let objects: Vec<Solid> = scenario.duct.objects.iter().map(|object| object.solid(&network.centreline)).collect();
+        let help = "another place for it, or another `start.distance_m` or `start.lateral_m`".to_owned();
+        for (i, object) in scenario.duct.objects.iter().enumerate().filter(|(i, _)| touches(&objects[*i])) {
+            let message = format!("the robot starts where {} stands", called(i, object));
+            self.wrong_at(&format!("duct.object[{i}].at_m"), message, help.clone());
+        }
+        let mut beads = network.cells.iter().flat_map(|cell| &cell.solids).filter(|solid| !objects.contains(solid));
+        if beads.any(touches) {
+            self.wrong(
+                &["start.distance_m", "start", "duct.bead_mm"],
+                "at the start the robot touches a flange bead".to_owned(),
+                "a start between two joints".to_owned(),
+            );
+        }
+    }
+
+    /// An error at a path into an array of tables.
+    fn wrong_at(&mut self, path: &str, message: String, help: String) {
+        let finding = super::Finding::new(self.typed.span(path), message).help(help);
+        self.checked.wrong(path, finding);
+    }
+}
+
+/// An object as a sentence speaks of it.
+fn called(index: usize, object: &Object) -> String {
+    if object.name.is_empty() {
+        format!("`duct.object[{index}]`")
+    } else {
+        format!("`duct.object[{index}]`, \"{}\",", object.name)
+    }
+}
