@@ -1,8 +1,8 @@
 //! Charge that runs over along the columns of a CCD.
 //!
-//! Of what a pixel holds beyond the full well the share `blooming` spills, half up and half down the column; the rest is drained. On its way the charge fills
-//! what room it finds in each pixel, and what is left at the column's end is lost. First all that runs down is dealt with,
-//! from the top; then all that runs up, from the bottom, into the room that is left.
+//! Of what a pixel holds beyond the full well the share `blooming` spills, half up and half down the column; the rest is drained.
+//! On its way the charge fills what room it finds in each pixel, and what is left at the column's end is lost. First all that
+//! runs down is dealt with, from the top; then all that runs up, from the bottom, into the room that is left.
 
 /// Moves the charge of an image of mean electrons, rows of `stride` values.
 pub(super) fn bloom(mean_e: &mut [f32], stride: usize, well_e: f32, blooming: f32, spilt: &mut Spilt) {
