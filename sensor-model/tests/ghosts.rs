@@ -117,9 +117,36 @@ fn column(view: &View, geometry: &FrameGeometry, way: MirroredWay, column: f64, 
     (sum, moment / sum)
 }
 
-fn scene<'a>(network: &'a Network, rig: &'a Rig, optics: &'a Optics, looks: &'a [Look]) -> View<'a> {
-    let world_from_camera = view(rig, &base_at(1.0, 0.04, 3.0)).world_from_camera;
-    View { network, rig, optics, looks, world_from_camera }
+/// What the tests look at: a duct with a mirror of this roughness, seen by the rig `wide`.
+struct Scene {
+    network: Network,
+    rig: Rig,
+    optics: Optics,
+    looks: [Look; 2],
+}
+
+impl Scene {
+    fn of(roughness: f64, optics: Optics) -> Self {
+        Self { network: mirror_duct(), rig: wide(), optics, looks: looks(roughness) }
+    }
+
+    fn view(&self) -> View<'_> {
+        let Self { network, rig, optics, looks } = self;
+        let world_from_camera = view(rig, &base_at(1.0, 0.04, 3.0)).world_from_camera;
+        View { network, rig, optics, looks, world_from_camera }
+    }
+}
+
+/// So bright that neither of a ghost's parts, pixels and nodes, is left out as too faint.
+fn bright() -> Optics {
+    Optics { stripe_peak_dn: 18_000.0, ..optics() }
+}
+
+/// Light of the ghosts of one way at a pixel: of strips, and of the nodes of the surface seen there.
+fn ghost_light(view: &View, geometry: &FrameGeometry, way: MirroredWay, pixel: [f64; 2], seen: &Hit) -> f64 {
+    let sharp = of_strips(view, geometry, pixel, |strip| strip.mirror.is_some_and(|mirror| mirror.way == way));
+    let toward = view.world_from_camera.inverse_transform_vector(&seen.normal);
+    sharp + of_glow(geometry, pixel, &toward)
 }
 
 /// Columns in which both the mirror shows a stripe, or the mirrored laser throws one, well away from the ends of either.
@@ -132,8 +159,8 @@ fn columns(way: MirroredWay) -> [f64; 5] {
 
 #[test]
 fn a_mirror_shows_the_ghost_where_the_mirrored_laser_says() {
-    let (network, rig, optics, looks) = (mirror_duct(), wide(), optics(), looks(0.005));
-    let view = scene(&network, &rig, &optics, &looks);
+    let scene = Scene::of(0.005, optics());
+    let view = scene.view();
     let geometry = view.geometry(LOW);
     for way in [MirroredWay::View, MirroredWay::Light] {
         for u in columns(way) {
@@ -149,8 +176,8 @@ fn a_mirror_shows_the_ghost_where_the_mirrored_laser_says() {
 /// distance from the laser's plane.
 #[test]
 fn a_ghost_has_the_share_of_the_light_that_the_mirror_keeps() {
-    let (network, rig, optics, looks) = (mirror_duct(), wide(), optics(), looks(0.005));
-    let view = scene(&network, &rig, &optics, &looks);
+    let scene = Scene::of(0.005, optics());
+    let view = scene.view();
     let geometry = view.geometry(LOW);
     for way in [MirroredWay::View, MirroredWay::Light] {
         for u in columns(way) {
@@ -197,12 +224,10 @@ fn a_rough_mirror_blurs_what_it_shows() {
 }
 
 fn blurs_what_it_shows(roughness: f64) {
-    let (network, rig, looks) = (mirror_duct(), wide(), looks(roughness));
-    // So bright that neither of a ghost's parts, pixels and nodes, is left out as too faint.
-    let optics = Optics { stripe_peak_dn: 18_000.0, ..optics() };
-    let view = scene(&network, &rig, &optics, &looks);
+    let scene = Scene::of(roughness, bright());
+    let view = scene.view();
     let geometry = view.geometry(LOW);
-    let lobe_px = 2.0_f64.sqrt() * roughness * rig.camera.focal_px[0];
+    let lobe_px = 2.0_f64.sqrt() * roughness * scene.rig.camera.focal_px[0];
     let mut lights = Vec::new();
     for pixel in
         [[30.0, 240.0], [60.0, 230.0], [60.0, 170.0], [110.0, 200.0]].into_iter().chain(narrow(&geometry, MirroredWay::View))
@@ -226,11 +251,7 @@ fn blurs_what_it_shows(roughness: f64) {
             }
         }
         let expected = sum.1 / sum.0 * schlick(view.way(pixel).y.abs()) * view.falloff(pixel);
-        let sharp =
-            of_strips(&view, &geometry, pixel, |strip| strip.mirror.is_some_and(|mirror| mirror.way == MirroredWay::View));
-        let toward = view.world_from_camera.inverse_transform_vector(&first.normal);
-        let smooth = of_glow(&geometry, pixel, &toward);
-        lights.push([sharp + smooth, expected]);
+        lights.push([ghost_light(&view, &geometry, MirroredWay::View, pixel, &first), expected]);
     }
     assert_close(&lights);
 }
@@ -242,14 +263,12 @@ fn a_rough_mirror_spreads_the_light_it_throws() {
 }
 
 fn spreads_the_light_it_throws(roughness: f64) {
-    let (network, rig, looks) = (mirror_duct(), wide(), looks(roughness));
-    // So bright that neither of a ghost's parts, pixels and nodes, is left out as too faint.
-    let optics = Optics { stripe_peak_dn: 18_000.0, ..optics() };
-    let view = scene(&network, &rig, &optics, &looks);
+    let scene = Scene::of(roughness, bright());
+    let view = scene.view();
     let geometry = view.geometry(LOW);
     let lobe_rad = 2.0_f64.sqrt() * roughness;
     let source = view.source(LOW);
-    let fan = ductloop_sensor::light::Fan::of(&rig.lasers[LOW], optics.fan_profile);
+    let fan = ductloop_sensor::light::Fan::of(&scene.rig.lasers[LOW], scene.optics.fan_profile);
     let mut lights = Vec::new();
     for pixel in
         [[500.0, 190.0], [520.0, 220.0], [460.0, 225.0], [420.0, 210.0]].into_iter().chain(narrow(&geometry, MirroredWay::Light))
@@ -273,11 +292,7 @@ fn spreads_the_light_it_throws(roughness: f64) {
             irradiance += power * schlick(way.y.abs()) * lobe * cos_light.max(0.0) / (distance_m * distance_m);
         }
         let expected = irradiance * view.albedo(hit.surface) * view.falloff(pixel);
-        let sharp =
-            of_strips(&view, &geometry, pixel, |strip| strip.mirror.is_some_and(|mirror| mirror.way == MirroredWay::Light));
-        let toward = view.world_from_camera.inverse_transform_vector(&hit.normal);
-        let smooth = of_glow(&geometry, pixel, &toward);
-        lights.push([sharp + smooth, expected]);
+        lights.push([ghost_light(&view, &geometry, MirroredWay::Light, pixel, &hit), expected]);
     }
     assert_close(&lights);
 }
