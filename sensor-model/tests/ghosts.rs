@@ -4,9 +4,10 @@ mod common;
 mod ray_cast;
 
 use common::{base_at, duct, quiet, straight, view, wide};
-use ductloop_duct::cell::SurfaceId;
+use ductloop_duct::cell::{Solid, SurfaceId};
 use ductloop_duct::network::{Hit, Network};
 use ductloop_nav::rig::Rig;
+use ductloop_sensor::Transform;
 use ductloop_sensor::frame_geometry::FrameGeometry;
 use ductloop_sensor::light::FWHM_PER_SIGMA;
 use ductloop_sensor::optics::Optics;
@@ -195,6 +196,63 @@ fn a_ghost_has_the_share_of_the_light_that_the_mirror_keeps() {
             // The stripe's brightness changes along the column by a few percent in its own width, nearly evenly.
             assert!((light / expected - 1.0).abs() < 0.01, "{way:?} in column {u}: {light} instead of {expected}");
         }
+    }
+}
+
+/// Posts in the duct, thin ones, whose own faces leave no ghosts.
+fn posted() -> Network {
+    let mut network = mirror_duct();
+    for (x, y) in [(1.5, 0.1), (1.7, -0.05), (1.45, -0.1), (1.62, 0.21)] {
+        let stand = Transform::translation(x, y, 0.0);
+        network.add_solid(&Solid::cuboid(&stand, Vector3::new(0.014, 0.014, 0.3), SurfaceId(0)));
+    }
+    network
+}
+
+/// Bodies on any part of the light's way, mirrored or not, take a ghost's light away, and nothing else does.
+#[test]
+fn bodies_shade_and_hide_ghosts_on_every_part_of_the_way() {
+    let free = Scene::of(0.005, optics());
+    let posts = Scene { network: posted(), ..Scene::of(0.005, optics()) };
+    let (free, posts) = (free.view(), posts.view());
+    let geometries = [&free, &posts].map(|view| view.geometry(LOW));
+    for (way, all) in [(MirroredWay::View, 5..200), (MirroredWay::Light, 380..530)] {
+        // Whether light comes by the mirror to a pixel, as rays go.
+        let is_lit = |pixel: [f64; 2]| {
+            let unhidden = path(&free, way, pixel)?;
+            let hit = path(&posts, way, pixel)?.hit;
+            let same = |a: &Point3<f64>, b: &Point3<f64>| (a - b).norm() < 1e-6;
+            let reached = match way {
+                // The laser reaches what is seen in the mirror.
+                MirroredWay::View => {
+                    let to = Unit::new_normalize(hit.point - posts.source(LOW));
+                    posts.cast(&posts.source(LOW), &to).is_some_and(|met| same(&met.point, &hit.point))
+                }
+                // From the laser the mirror sends it on to what is seen.
+                MirroredWay::Light => {
+                    let to = Unit::new_normalize(image_of(&hit.point) - posts.source(LOW));
+                    let on = posts.cast(&posts.source(LOW), &to)?;
+                    let on = posts.cast(&on.point, &Unit::new_normalize(mirrored(&to)));
+                    on.is_some_and(|met| same(&met.point, &hit.point))
+                }
+            };
+            Some(reached && same(&hit.point, &unhidden.hit.point))
+        };
+        let mut counts = [0; 2];
+        for u in all.step_by(2).map(f64::from) {
+            let Some(row) = middle_row(&free, way, u) else { continue };
+            // Near the edge of a shadow it is partly there.
+            let near: Vec<bool> = (-7..=7).map(|off| is_lit([u + f64::from(off), row]).unwrap_or(false)).collect();
+            if near.contains(&true) && near.contains(&false) {
+                continue;
+            }
+            let [all, kept] = [(&free, 0), (&posts, 1)].map(|(view, i)| column(view, &geometries[i], way, u, row).0);
+            let expected = if near[0] { all } else { 0.0 };
+            assert!((kept - expected).abs() < 0.02 * all, "{way:?} in column {u}: {kept} of {all}, by rays {expected}");
+            counts[usize::from(near[0])] += 1;
+        }
+        println!("{way:?}: {counts:?} columns are hidden and seen");
+        assert!(counts[0] >= 4 && counts[1] >= 20, "{way:?}: {counts:?}");
     }
 }
 
