@@ -72,6 +72,7 @@ pub(crate) fn of_run(
         if left.peek().is_none() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     let late: Vec<f64> = left.collect();
+    let written = if shots.is_empty() { "" } else { "; the frames until then are written" };
     let missed = match result {
         Ok(run) if late.is_empty() => {
             if let (Some(shot), Some(key)) = (shots.last_mut(), run.key_frames.spread().last()) {
@@ -81,15 +82,16 @@ pub(crate) fn of_run(
         }
         Ok(run) if run.end == EndState::BrokenOff => return Ok(None),
         Ok(run) => {
-            let ended = format!("the run ends at {:.3} s ({}), before {}", run.sim_time_s, run.end.word(), seconds(&late));
+            let (end_s, end) = (run.sim_time_s, run.end.word());
+            let ended = format!("the run ends at {end_s:.3} s ({end}), before {}{written}", seconds(&late));
             let last_s = run.frames.last().map_or(0.0, |record| record.time_s);
             let help =
                 format!("the last frame is that of {last_s:.3} s; `[start]`, `time_limit_s` and the duct say how long a run is");
             Some(Problem::new(Problem::WRONG_INPUT, ended).about("--at-s").help(help))
         }
-        Err(RunFailure { error, record: Some(record) }) => {
+        Err(RunFailure { error, record: Some(record) }) if !late.is_empty() => {
             let came_to = format!("the run could not go on at {:.3} s, before {}", record.sim_time_s, seconds(&late));
-            Some(cannot_go_on(&format!("{came_to}: {error}")))
+            Some(cannot_go_on(&format!("{came_to}{written}: {error}")))
         }
         Err(failure) => Some(cannot_go_on(&failure)),
     };

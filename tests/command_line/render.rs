@@ -151,7 +151,7 @@ fn a_camera_can_be_anywhere_in_the_duct() {
 fn frames_until_the_end_of_the_run_are_written() {
     let workshop = Workshop::new();
     let ran = workshop.run(&["render", "short.toml", "--at-s", "1,40,45", "--out", "sheet.png", "--json"]).expect(2);
-    let ran = ran.saying(&["--at-s: the run ends at", "(finished), before 40 s and 45 s"]);
+    let ran = ran.saying(&["--at-s: the run ends at", "(finished), before 40 s and 45 s; the frames until then are written"]);
     let document = ran.json();
     assert_eq!(keys(&document), ["format", "frames", "errors"]);
     assert_eq!(document["frames"].as_array().map(Vec::len), Some(1));
