@@ -5,7 +5,8 @@
 //! ```
 //!
 //! `--bench` is what `ductloop bench --json` printed; the others are the printed lines of the tests that measure physics,
-//! rendered stripes, and the sensor (CCD, light, and the renderers against each other). `--slice` takes one seed a scenario instead of eight.
+//! rendered stripes, and the sensor (CCD, light, and the renderers against each other). `--slice` takes one seed a scenario
+//! instead of eight.
 
 use std::error::Error;
 use std::path::Path;

@@ -10,6 +10,8 @@ use ductloop_sensor::renderer::{MAX_LASERS, Motion, View};
 use ductloop_sim::truth::Truth;
 use nalgebra::Vector3;
 
+use crate::scenario::Scenario;
+
 /// What a camera sees that stands still, all lights on at their nominal power: frame 0.
 pub fn still(world_from_camera: Transform, exposure_s: f64) -> View {
     View {
@@ -26,6 +28,19 @@ pub fn still(world_from_camera: Transform, exposure_s: f64) -> View {
 pub fn world_from_camera(rig: &Rig, world_from_base: &Transform, reported: MountAngles, error: MountAngles) -> Transform {
     let angles = MountAngles { pan_rad: reported.pan_rad + error.pan_rad, tilt_rad: reported.tilt_rad + error.tilt_rad };
     world_from_base * rig.mount.base_from_camera(angles)
+}
+
+/// Pose of a scenario's camera at the start of a run; `None` where there is no duct.
+pub fn world_from_start_camera(scenario: &Scenario) -> Option<Transform> {
+    let (network, rig) = (scenario.duct.network().ok()?, scenario.actual_rig());
+    Some(world_from_camera(&rig, &scenario.world_from_start(&network), rig.mount.rest, MountAngles::default()))
+}
+
+/// Lasers of the true rig, by number, whose source is outside the duct: they light nothing in it.
+pub fn lasers_outside(scenario: &Scenario, world_from_camera: &Transform) -> Vec<usize> {
+    let Ok(network) = scenario.duct.network() else { return Vec::new() };
+    let sources = scenario.actual_rig().lasers.into_iter().map(|laser| world_from_camera * laser.source_in_camera);
+    sources.enumerate().filter(|(_, source)| network.cell_at(source, 0).is_none()).map(|(laser, _)| laser).collect()
 }
 
 /// Velocity of a camera on a base that moves as `truth` says (along its own x axis, turning about its own z axis), on a mount

@@ -1,5 +1,6 @@
 //! Prints a hash of each of some images that between them use all that the CPU renderer can do. They are the same on every machine:
-//! `tests/bits.rs` holds them against each other and against its own table. Arguments are the names of the images; without any, all are made.
+//! `tests/bits.rs` holds them against each other and against its own table. Arguments are the names of the images; without any,
+//! all are made.
 
 #[path = "../tests/common/mod.rs"]
 mod common;

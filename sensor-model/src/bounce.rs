@@ -321,4 +321,30 @@ mod tests {
             }
         }
     }
+
+    /// On a sheet that the light meets aslant a stripe is thicker than across its own plane: by one over the sine of the angle between.
+    #[test]
+    fn a_stripe_is_as_thick_as_its_light_on_the_sheet() {
+        let piece = Fitting { shape: Shape::Straight { length_m: 1.5 }, width_m: 0.5, height_m: 0.3, surface: SurfaceId(0) };
+        let network = Network::from_run(&[piece], End::Cap, End::Cap).unwrap();
+        let scenery = Scenery::new(&network, &[Look::matt(0.6)]).unwrap();
+        let rest = MountAngles { pan_rad: 0.1, tilt_rad: -0.05 };
+        let mount = Mount { position_in_base_m: Point3::new(0.3, 0.05, 0.12), roll_rad: 0.3, rest };
+        let rig = rig([0.01, 0.06, 0.0], [-0.5, 0.7, 0.4]);
+        let mut bounce = Bounce::new(&rig, &Optics::default());
+        bounce.find(&scenery, &mount.base_from_camera(rest).inverse(), 0, &[1.0; MAX_LASERS]);
+        let laser = &rig.lasers[0];
+        let mut slants = Vec::new();
+        for line in &bounce.lines {
+            // A step on the sheet square to the line, and how far it leads off the laser's plane.
+            let across = line.normal.cross(&line.along);
+            let off = laser.normal_in_camera.dot(&across).abs();
+            let way = laser.source_in_camera - line.ends[0];
+            let near_m = (way - line.along * way.dot(&line.along)).norm();
+            let sigma_m = rig.line.at(near_m) / FWHM_PER_SIGMA / off;
+            assert!((line.width_m2 / (sigma_m * sigma_m) - 1.0).abs() < 1e-9, "{} m^2 for {sigma_m} m", line.width_m2);
+            slants.push(off);
+        }
+        assert!(slants.iter().any(|off| *off < 0.8), "some are met aslant: {slants:?}");
+    }
 }

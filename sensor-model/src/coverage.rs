@@ -19,9 +19,10 @@
 //! c <  0:  (1 - k) A B + k max(0, A + B - 1)
 //! ```
 //!
-//! which is exact for square and for parallel edges, and whatever the angle what one side of an edge loses the other side gains: pieces that share an
-//! edge add up to the whole. At corners it is right to 0.05. Further edges are taken in one after the other, each with the direction of the narrowest so far;
-//! of a piece that is smaller than the blur on all sides that is right to a sixth of the light which the ridge would have.
+//! which is exact for square and for parallel edges, and whatever the angle what one side of an edge loses the other side gains:
+//! pieces that share an edge add up to the whole. At corners it is right to 0.05. Further edges are taken in one after the other,
+//! each with the direction of the narrowest so far; of a piece that is smaller than the blur on all sides that is right to a
+//! sixth of the light which the ridge would have.
 
 use nalgebra::{Matrix2, Vector2, Vector3};
 

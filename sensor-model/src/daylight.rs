@@ -139,3 +139,90 @@ pub fn sky_share(x: &Vector3<f64>, away: &Vector3<f64>, polygon: &[Point3<f64>])
     // Whichever way round the polygon runs.
     sum.abs() / (2.0 * std::f64::consts::PI)
 }
+
+#[cfg(test)]
+mod tests {
+    use ductloop_duct::cell::SurfaceId;
+    use ductloop_duct::fitting::{Fitting, Shape};
+    use ductloop_duct::network::{End, Network};
+
+    use super::*;
+    use crate::surface::Look;
+
+    const WIDTH_M: f64 = 0.5;
+    const HEIGHT_M: f64 = 0.3;
+
+    /// A duct along x, open at x = 0.
+    fn scenery() -> Scenery {
+        let shape = Shape::Straight { length_m: 5.0 };
+        let piece = Fitting { shape, width_m: WIDTH_M, height_m: HEIGHT_M, surface: SurfaceId(0) };
+        Scenery::new(&Network::from_run(&[piece], End::Open, End::Cap).unwrap(), &[Look::matt(0.5)]).unwrap()
+    }
+
+    /// A square of 0.1 m about a point at x = `far_m`, that looks out of the open end for no turn, to the left for a quarter of one; and
+    /// its normal, away from where it looks.
+    fn square(far_m: f64, turn_rad: f64) -> (Vector3<f64>, Vec<Point3<f64>>) {
+        let (sin, cos) = libm::sincos(turn_rad);
+        let across = Vector3::new(sin, cos, 0.0) * 0.05;
+        let up = Vector3::z() * 0.05;
+        let middle = Point3::new(far_m, 0.0, HEIGHT_M / 2.0);
+        (
+            Vector3::new(cos, -sin, 0.0),
+            vec![middle - across - up, middle + across - up, middle + across + up, middle - across + up],
+        )
+    }
+
+    /// The open end's light at a point by adding up small pieces of it; those below the point's horizon give nothing.
+    fn added_up(x: &Vector3<f64>, away: &Vector3<f64>) -> f64 {
+        const STEPS: i32 = 400;
+        let place = |i: i32| (f64::from(i) + 0.5) / f64::from(STEPS);
+        let mut sum = 0.0;
+        for i in 0..STEPS {
+            for j in 0..STEPS {
+                let way = Vector3::new(0.0, (place(i) - 0.5) * WIDTH_M, place(j) * HEIGHT_M) - x;
+                let r2 = way.norm_squared();
+                sum += (-away.dot(&way)).max(0.0) * -way.x / (r2 * r2);
+            }
+        }
+        sum * WIDTH_M * HEIGHT_M / f64::from(STEPS * STEPS) / std::f64::consts::PI
+    }
+
+    /// As a body's face may be turned: the open end is partly below its horizon.
+    #[test]
+    fn what_is_below_a_points_horizon_gives_it_no_light() {
+        let (scenery, camera_from_world) = (scenery(), Transform::identity());
+        let mut passages = Passages::default();
+        passages.explore(&scenery, &camera_from_world, 0, REACH_M);
+        let mut daylight = Daylight::new(100.0);
+        daylight.find(&scenery, &camera_from_world, &passages);
+        for turn_rad in [0.0, 1.1, 1.25, 1.4, 1.6, 1.8] {
+            let (away, outline) = square(0.5, turn_rad);
+            let x = Vector3::new(0.5, 0.0, HEIGHT_M / 2.0);
+            let wall = Wall { cell: 0, away, offset_m: away.dot(&x), outline: &outline };
+            let mut light = [0.0];
+            daylight.shine(&passages, &wall, &mut Vec::new(), std::iter::once(x), &mut light);
+            let expected = 100.0 * added_up(&x, &away);
+            assert!(expected > 0.05, "there is something to compare");
+            // Pieces that the horizon cuts: one in 400 along it.
+            let found = f64::from(light[0]);
+            assert!((found - expected).abs() < 2e-3 * expected + 1e-3, "turned by {turn_rad}: {found} for {expected}");
+        }
+    }
+
+    /// What is passed over as too faint is no brighter than it was taken for.
+    #[test]
+    fn no_point_gets_more_than_the_bound() {
+        let scenery = scenery();
+        for far_m in [0.1, 0.5, 1.5, 4.5] {
+            for turn_rad in [0.0, 0.7, 1.2, 1.5, 1.57] {
+                let (away, outline) = square(far_m, turn_rad);
+                let wall = Wall { cell: 0, away, offset_m: away.dot(&outline[0].coords), outline: &outline };
+                let (mut open, mut spare) = (scenery.rooms[0].grilles[0].outline.clone(), Vec::new());
+                clip_top(&mut open, 0, &mut spare, |p| away.dot(&p.coords) - wall.offset_m);
+                let most = outline.iter().map(|x| sky_share(&x.coords, &away, &open)).fold(0.0, f64::max);
+                let bound = brightest(&wall, &open);
+                assert!(most > 0.0 && most <= bound, "{most} beyond {bound}, {far_m} m away, turned by {turn_rad}");
+            }
+        }
+    }
+}

@@ -43,7 +43,7 @@ mod wide_ghosts;
 pub use glow_patch::{GLOW_SPACING_PX, GlowPatch};
 pub(crate) use region::inverse_depth;
 pub use region::{Region, Seam, Texture};
-pub use standpoint::{CLEAR_M, clear_cell};
+pub use standpoint::{CLEAR_M, Obstacle, clear_cell};
 
 use gaps::Gaps;
 use ghosts::Ghosts;
@@ -78,8 +78,8 @@ pub struct FrameGeometry {
     pub seams: Vec<Seam>,
     /// Open ends that the camera sees lit by daylight, as outlines in `corners`; none in a dark room.
     pub grilles: Vec<Range<usize>>,
-    /// Light on the nodes of the regions' glow, in DN at nominal exposure, reflectance and the lens' cos^4 included: daylight, the bounce of
-    /// the lasers' light, and ghosts too blurred to need every pixel.
+    /// Light on the nodes of the regions' glow, in DN at nominal exposure, reflectance and the lens' cos^4 included: daylight,
+    /// the bounce of the lasers' light, and ghosts too blurred to need every pixel.
     pub glow: Vec<f32>,
     /// What the lasers light, `by` the laser; with those of no power left out.
     pub(crate) lit: Sightings,
@@ -204,12 +204,15 @@ impl FrameGeometry {
         &self.projection
     }
 
-    /// Makes the frame's geometry, with the lasers at these powers (shares of nominal). Returns false when the camera is outside the
-    /// network or against a wall: where [`clear_cell`] finds none.
-    pub fn build(&mut self, scenery: &Scenery, sweep: &Sweep, laser_power: &[f64; MAX_LASERS]) -> bool {
-        let position = Point3::from(sweep.world_from_camera.translation.vector);
-        let Some(cell) = clear_cell(scenery, &position, self.camera_cell) else { return false };
-        self.camera_cell = cell;
+    /// Makes the frame's geometry, with the lasers at these powers (shares of nominal).
+    ///
+    /// # Errors
+    /// [`RenderError::OutsideNetwork`] and [`RenderError::AgainstMetal`], where [`clear_cell`] finds no place for the camera.
+    pub fn build(&mut self, scenery: &Scenery, sweep: &Sweep, laser_power: &[f64; MAX_LASERS]) -> Result<(), RenderError> {
+        let pose = &sweep.world_from_camera;
+        let position = Point3::from(pose.translation.vector);
+        self.camera_cell =
+            clear_cell(scenery, &position, self.camera_cell).map_err(|obstacle| RenderError::standpoint(obstacle, pose))?;
         let frame = Frame::new(scenery, sweep, laser_power);
         self.clear();
         self.look(&frame);
@@ -221,7 +224,7 @@ impl FrameGeometry {
             self.add_ghosts(&frame);
         }
         self.add_glow(&frame);
-        true
+        Ok(())
     }
 
     fn clear(&mut self) {

@@ -103,3 +103,30 @@ impl Fan {
         libm::exp(self.exponent * angle_rad * angle_rad) * fade
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Point3, Unit};
+
+    use super::*;
+
+    /// A Powell lens keeps the share that it is given at the fan's ends, a cylinder lens e^-2: there its Gaussian has fallen to 1/e^2,
+    /// which is what the width of a laser's beam means.
+    #[test]
+    fn a_fans_ends_have_their_share_of_its_middle() {
+        let laser = Laser {
+            name: "slit".into(),
+            normal_in_camera: Unit::new_normalize(Vector3::new(0.1, 1.0, -0.2)),
+            offset_m: 0.0,
+            source_in_camera: Point3::origin(),
+            fan_rad: 1.2,
+        };
+        for (profile, share) in [(FanProfile::Powell { edge: 0.3 }, 0.3), (FanProfile::Cylinder, libm::exp(-2.0))] {
+            let fan = Fan::of(&laser, profile);
+            assert!((fan.profile(0.0) - 1.0).abs() < 1e-15 && fan.along.dot(&fan.across).abs() < 1e-15);
+            for end_rad in [-0.6, 0.6] {
+                assert!((fan.profile(end_rad) - share).abs() < 1e-12, "{profile:?}: {}", fan.profile(end_rad));
+            }
+        }
+    }
+}

@@ -173,7 +173,10 @@ mod tests {
         let start = Point3::new(0.2, -0.1, 0.4);
         let along = Vector3::new(0.3, 0.9, 0.2).normalize();
         let normal = along.cross(&Vector3::new(0.1, 0.2, 1.0)).normalize();
-        let line = Line { ends: [start, start + along * 1.1], along, normal, cell: 0, width_m2: 1e-6, power: 1.0, knots: 0..3 };
+        // So thick that it matters to points 0.3 m away.
+        const WIDTH_M2: f64 = 4e-3;
+        let line =
+            Line { ends: [start, start + along * 1.1], along, normal, cell: 0, width_m2: WIDTH_M2, power: 1.0, knots: 0..3 };
         // A wall 0.3 m or so from the line, facing it aslant.
         let away = (normal + along * 0.2).normalize();
         let offset_m = away.dot(&(start + normal * 0.3 + along * 0.2).coords);
@@ -203,7 +206,7 @@ mod tests {
                         let s = part[0] + (i as f64 + 0.5) * step;
                         let way = point - (start + along * s);
                         let (out, into) = (normal.dot(&way), away.dot(&way));
-                        let r2 = way.norm_squared() + 1e-6;
+                        let r2 = way.norm_squared() + WIDTH_M2;
                         light_at(s) * out.max(0.0) * into / (r2 * r2) * step
                     })
                     .sum();

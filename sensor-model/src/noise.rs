@@ -284,4 +284,17 @@ mod tests {
 
     /// A seed and a column whose gain at 0.2 would be negative, found by trying seeds in turn.
     const NEGATIVE: (u64, u32) = (7834, 58);
+
+    /// A lattice's weights are flat at its nodes, so that no kink shows where they are, and halfway both nodes count alike.
+    #[test]
+    fn a_grain_goes_smoothly_from_node_to_node() {
+        let weight = |at: usize| grain(at, 1000.0).1;
+        // A smoothstep rises by three times the square of the share of the way.
+        for (at, next) in [(1, 3e-6), (10, 3e-4)] {
+            assert!((weight(at)[1] / next - 1.0).abs() < 0.01, "{:?}", weight(at));
+            assert!((weight(1000 - at)[0] / next - 1.0).abs() < 0.01, "{:?}", weight(1000 - at));
+        }
+        let [a, b] = weight(500);
+        assert!((a - b).abs() < 1e-15);
+    }
 }

@@ -1,13 +1,13 @@
 //! What a renderer is given and what it gives, whichever engine it runs on.
 
 use ductloop_duct::cell::SurfaceId;
-use ductloop_nav::rig::RigError;
+use ductloop_nav::rig::{Rig, RigError};
 use nalgebra::Vector3;
 
 use crate::Transform;
-use crate::frame_geometry::CLEAR_M;
+use crate::frame_geometry::{CLEAR_M, Obstacle};
 use crate::light::FAN_MAX_DEG;
-use crate::optics::{Bits, OpticsError};
+use crate::optics::{Bits, Optics, OpticsError};
 
 /// Laser slits that a rig may have.
 pub const MAX_LASERS: usize = 4;
@@ -91,7 +91,8 @@ impl<'a> From<&'a mut [u16]> for ImageMut<'a> {
 pub enum RenderError {
     /// No graphics adapter, not even a software one.
     #[error(
-        "no graphics adapter was found ({0}); on Debian or Ubuntu `apt-get install mesa-vulkan-drivers` installs one that needs no graphics card"
+        "no graphics adapter was found ({0}); on Debian or Ubuntu `apt-get install mesa-vulkan-drivers` installs one that needs no \
+         graphics card"
     )]
     NoAdapter(String),
     /// The adapter would not give a device, or the device refused a resource or a shader.
@@ -103,12 +104,23 @@ pub enum RenderError {
     /// The device did not finish a frame in time.
     #[error("the graphics device did not finish a frame within {0} s")]
     Hung(f64),
-    /// The camera is not inside the duct, or less than [`CLEAR_M`] from a wall or a body.
+    /// The camera is not inside the duct.
     #[error(
-        "the camera at ({:.3}, {:.3}, {:.3}) m, looking along ({:.3}, {:.3}, {:.3}), is outside the duct, or nearer than {} mm to its metal",
-        position_m[0], position_m[1], position_m[2], direction[0], direction[1], direction[2], CLEAR_M * 1e3
+        "{} is outside the duct: it must stand inside, {} mm or more from the metal",
+        camera_at(position_m, direction), CLEAR_M * 1e3
     )]
     OutsideNetwork {
+        /// Where, in the world.
+        position_m: [f64; 3],
+        /// Line of sight, in the world.
+        direction: [f64; 3],
+    },
+    /// The camera is inside the duct, but less than [`CLEAR_M`] from a wall or a body, or inside a body.
+    #[error(
+        "{} is in the duct but nearer than {} mm to the metal of a wall or a body: it must keep that distance",
+        camera_at(position_m, direction), CLEAR_M * 1e3
+    )]
+    AgainstMetal {
         /// Where, in the world.
         position_m: [f64; 3],
         /// Line of sight, in the world.
@@ -227,13 +239,39 @@ impl View {
         }
         Ok(())
     }
+}
 
-    /// The error that names this view's pose: of a camera for which [`crate::frame_geometry::clear_cell`] finds no cell.
-    pub fn outside_network(&self) -> RenderError {
-        let pose = &self.world_from_camera;
-        RenderError::OutsideNetwork {
-            position_m: pose.translation.vector.into(),
-            direction: (pose.rotation * Vector3::z()).into(),
+impl RenderError {
+    /// The error that names the pose of a camera which cannot be there.
+    pub(crate) fn standpoint(obstacle: Obstacle, world_from_camera: &Transform) -> Self {
+        let position_m = world_from_camera.translation.vector.into();
+        let direction = (world_from_camera.rotation * Vector3::z()).into();
+        match obstacle {
+            Obstacle::Outside => Self::OutsideNetwork { position_m, direction },
+            Obstacle::Metal => Self::AgainstMetal { position_m, direction },
         }
     }
+}
+
+fn camera_at([x, y, z]: &[f64; 3], [along_x, along_y, along_z]: &[f64; 3]) -> String {
+    format!("the camera at ({x:.3}, {y:.3}, {z:.3}) m, looking along ({along_x:.3}, {along_y:.3}, {along_z:.3}),")
+}
+
+/// Checks what every renderer is made with.
+///
+/// # Errors
+/// Whatever is wrong with rig and optics, more than [`MAX_LASERS`] lasers, a fan that opens too wide or not at all.
+pub(crate) fn check_parameters(rig: &Rig, optics: &Optics) -> Result<(), RenderError> {
+    rig.validate()?;
+    optics.validate()?;
+    if rig.lasers.len() > MAX_LASERS {
+        return Err(RenderError::TooManyLasers(rig.lasers.len()));
+    }
+    for laser in &rig.lasers {
+        let fan_deg = laser.fan_rad.to_degrees();
+        if !(fan_deg > 0.0 && fan_deg <= FAN_MAX_DEG) {
+            return Err(RenderError::Fan { laser: laser.name.clone(), fan_deg });
+        }
+    }
+    Ok(())
 }

@@ -17,8 +17,9 @@
 //! ```
 //!
 //! where 2 b and c are the larger and the smaller of |n_u|, |n_v|, the extents across the stripe of the pixel's two sides: the larger
-//! is integrated exactly, so that a column (or row) of pixels holds all the light wherever between two pixels a thin stripe falls. E is the light on the
-//! middle of the stripe before the lens (see `light`), times the surface's reflectance B (see `surface`) and the lens' cos^4.
+//! is integrated exactly, so that a column (or row) of pixels holds all the light wherever between two pixels a thin stripe
+//! falls. E is the light on the middle of the stripe before the lens (see `light`), times the surface's reflectance B (see
+//! `surface`) and the lens' cos^4.
 
 use std::ops::Range;
 

@@ -1,9 +1,9 @@
 //! Elementary functions in single precision whose loops vectorise and whose results are the same on every processor.
 //!
 //! Each is a few additions, multiplications, divisions and roots (which IEEE 754 rounds the same everywhere) and integer operations on
-//! the bits, without a branch, a fused multiplication or a call. Coefficients: minimax in the weighted maximum norm (Lawson's iteration on 600
-//! to 1500 Chebyshev nodes, weights for the error stated), rounded to single precision. The errors stated with each function include
-//! rounding; the tests hold them against `libm` over the whole domain.
+//! the bits, without a branch, a fused multiplication or a call. Coefficients: minimax in the weighted maximum norm (Lawson's
+//! iteration on 600 to 1500 Chebyshev nodes, weights for the error stated), rounded to single precision. The errors stated with
+//! each function include rounding; the tests hold them against `libm` over the whole domain.
 //!
 //! The standard library's `f32::min`, `max` and `clamp` leave open which of 0 and -0 they give; [`min`], [`max`] and [`clamp`] do not.
 

@@ -4,7 +4,7 @@ use ductloop_duct::network::Network;
 use ductloop_nav::rig::Rig;
 
 use crate::exposure_parts::{parts, whole};
-use crate::frame_geometry::{FrameGeometry, Sweep};
+use crate::frame_geometry::FrameGeometry;
 use crate::gpu::{FRAME_TIMEOUT, Gpu};
 use crate::gpu_blocks::Lamps;
 use crate::gpu_buffers::create;
@@ -14,9 +14,9 @@ use crate::gpu_frame::FrameData;
 use crate::gpu_light::{LightStage, TILE_PX, light_size_px};
 use crate::gpu_light_pipelines::Effects;
 use crate::gpu_tiles::Tiles;
-use crate::light::{FAN_MAX_DEG, headlamp_strength, laser_strength};
+use crate::light::{headlamp_strength, laser_strength};
 use crate::optics::Optics;
-use crate::renderer::{ImageMut, MAX_LASERS, RenderError, Renderer, View};
+use crate::renderer::{ImageMut, RenderError, Renderer, View, check_parameters};
 use crate::scenery::Scenery;
 use crate::surface::Look;
 
@@ -48,17 +48,7 @@ impl WgpuRenderer {
     /// # Errors
     /// When rig, optics or looks are out of their bounds, or the device refuses what is asked of it.
     pub fn new(gpu: &Gpu, network: &Network, rig: &Rig, optics: &Optics, looks: &[Look], seed: u64) -> Result<Self, RenderError> {
-        rig.validate()?;
-        optics.validate()?;
-        if rig.lasers.len() > MAX_LASERS {
-            return Err(RenderError::TooManyLasers(rig.lasers.len()));
-        }
-        for laser in &rig.lasers {
-            let fan_deg = laser.fan_rad.to_degrees();
-            if !(fan_deg > 0.0 && fan_deg <= FAN_MAX_DEG) {
-                return Err(RenderError::Fan { laser: laser.name.clone(), fan_deg });
-            }
-        }
+        check_parameters(rig, optics)?;
         let scenery = Scenery::new(network, looks)?;
         let geometry = FrameGeometry::new(rig, optics)?;
         let effects = Effects::of(optics, looks);
@@ -94,10 +84,7 @@ impl WgpuRenderer {
     /// Makes the frame's geometry and sends it to the device.
     fn upload(&mut self, view: &View) -> Result<(), RenderError> {
         let lens = &self.optics.lens;
-        let build = |geometry: &mut FrameGeometry, sweep: &Sweep| {
-            if geometry.build(&self.scenery, sweep, &view.laser_power) { Ok(()) } else { Err(view.outside_network()) }
-        };
-        build(&mut self.geometry, &whole(view, lens))?;
+        self.geometry.build(&self.scenery, &whole(view, lens), &view.laser_power)?;
         let sweeps = parts(view, lens, &self.geometry);
         let share = 1.0 / sweeps.len() as f64;
         let exposure = view.exposure_s / self.optics.exposure_s * share;
@@ -107,7 +94,7 @@ impl WgpuRenderer {
             self.frame.add_part(&self.geometry, &self.scenery.looks, &strengths);
         } else {
             for sweep in sweeps {
-                build(&mut self.geometry, &sweep)?;
+                self.geometry.build(&self.scenery, &sweep, &view.laser_power)?;
                 self.frame.add_part(&self.geometry, &self.scenery.looks, &strengths);
             }
         }

@@ -73,7 +73,8 @@ fn images_do_not_depend_on_the_processor_compiled_for() {
     assert_eq!(printed(&mut Command::new(example)), golden(&[]));
 }
 
-/// This program, compiled for any x86-64 processor unless flags say otherwise, on an old one without AVX (2008) and on one with AVX2 (2013).
+/// This program, compiled for any x86-64 processor unless flags say otherwise, on an old one without AVX (2008) and on one with
+/// AVX2 (2013).
 #[test]
 fn images_do_not_depend_on_the_processor_run_on() {
     if !cfg!(all(target_arch = "x86_64", target_os = "linux")) {

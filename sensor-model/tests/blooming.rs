@@ -8,7 +8,8 @@ use ductloop_sensor::optics::{Bits, Ccd, Optics};
 use ductloop_sensor::renderer::Renderer;
 use ductloop_sensor::surface::Look;
 
-/// Charge of a column in full wells, and how many of its pixels are full, for a level stripe `power` times as bright as a full well's hundredth.
+/// Charge of a column in full wells, and how many of its pixels are full, for a level stripe `power` times as bright as a full
+/// well's hundredth.
 fn column(blooming: f64, power: f64) -> (f64, usize) {
     let ccd = Ccd { blooming, black_level_dn: 0.0, bits: Bits::Twelve, ..Ccd::default() };
     let optics = Optics { noise: false, headlamp_peak_dn: 0.0, stripe_peak_dn: 2.5, ccd, ..Optics::default() };

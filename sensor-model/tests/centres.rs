@@ -1,8 +1,9 @@
-//! Where stripes are, all over the field, through a distorting lens too: centroids of the CPU renderer's images against the exact truth, which casts
-//! rays and shares nothing with the renderer but the duct.
+//! Where stripes are, all over the field, through a distorting lens too: centroids of the CPU renderer's images against the exact
+//! truth, which casts rays and shares nothing with the renderer but the duct.
 //!
-//! The stripe is thin (0.4 mm), the wall matt and the lens even: a thick stripe's centroid is where its light is, and that is not its middle
-//! where the wall is met at a grazing angle, shines, or lies where the lens falls off. That share is printed for the rigs' own stripes.
+//! The stripe is thin (0.4 mm), the wall matt and the lens even: a thick stripe's centroid is where its light is, and that is not
+//! its middle where the wall is met at a grazing angle, shines, or lies where the lens falls off. That share is printed for the
+//! rigs' own stripes.
 
 mod common;
 

@@ -237,13 +237,13 @@ fn differences(scene: &Scene, bright: f64) -> (Vec<f64>, [usize; 2]) {
 
     let scenery = Scenery::new(network, looks).unwrap();
     let mut geometry = FrameGeometry::new(rig, &optics).unwrap();
-    assert!(geometry.build(&scenery, &whole(&view, &optics.lens), &view.laser_power));
+    geometry.build(&scenery, &whole(&view, &optics.lens), &view.laser_power).expect("the camera is in the duct");
     let sweeps: Vec<_> = parts(&view, &optics.lens, &geometry).collect();
     // Some rows, a whole number of bands or tiles apart nowhere.
     let rows: Vec<usize> = (3..height).step_by(29).collect();
     let mut expected = vec![0.0; rows.len() * width];
     for sweep in &sweeps {
-        assert!(geometry.build(&scenery, sweep, &view.laser_power));
+        geometry.build(&scenery, sweep, &view.laser_power).expect("the camera is in the duct");
         let known = BTreeMap::new();
         let mut model = Model { geometry: &geometry, scenery: &scenery, optics: &optics, view: &view, known };
         for (line, row) in expected.chunks_exact_mut(width).zip(&rows) {
@@ -275,8 +275,8 @@ const SINGLE_DN: f64 = 0.05;
 /// spread grows from there, and what lies beyond the band is cut. The model here does not cut.
 const GHOST_CUT_DN: f64 = 0.6;
 
-/// Out of focus a block of 16 pixels is spread as its middle's depth asks (`spread.rs`): at the edge of daylight of 100 DN, whose wall recedes by a
-/// tenth over a block, that is this much.
+/// Out of focus a block of 16 pixels is spread as its middle's depth asks (`spread.rs`): at the edge of daylight of 100 DN, whose
+/// wall recedes by a tenth over a block, that is this much.
 const BLOCK_DN: f64 = 0.5;
 
 /// Holds 99 % of the pixels, and the worst one, against their bounds.

@@ -19,7 +19,7 @@ fn divided_with(network: &Network, looks: &[Look], motion: Motion, exposure_s: f
     let scenery = Scenery::new(network, looks).expect("sound looks");
     let mut geometry = FrameGeometry::new(&rig, &optics).expect("a pinhole");
     let view = View { motion, exposure_s, ..view(&rig, &base_at(1.5, 0.0, 0.0)) };
-    assert!(geometry.build(&scenery, &whole(&view, &optics.lens), &view.laser_power));
+    geometry.build(&scenery, &whole(&view, &optics.lens), &view.laser_power).expect("the camera is in the duct");
     parts(&view, &optics.lens, &geometry).collect()
 }
 

@@ -118,9 +118,36 @@ fn column(view: &View, geometry: &FrameGeometry, way: MirroredWay, column: f64, 
     (sum, moment / sum)
 }
 
-fn scene<'a>(network: &'a Network, rig: &'a Rig, optics: &'a Optics, looks: &'a [Look]) -> View<'a> {
-    let world_from_camera = view(rig, &base_at(1.0, 0.04, 3.0)).world_from_camera;
-    View { network, rig, optics, looks, world_from_camera }
+/// What the tests look at: a duct with a mirror of this roughness, seen by the rig `wide`.
+struct Scene {
+    network: Network,
+    rig: Rig,
+    optics: Optics,
+    looks: [Look; 2],
+}
+
+impl Scene {
+    fn of(roughness: f64, optics: Optics) -> Self {
+        Self { network: mirror_duct(), rig: wide(), optics, looks: looks(roughness) }
+    }
+
+    fn view(&self) -> View<'_> {
+        let Self { network, rig, optics, looks } = self;
+        let world_from_camera = view(rig, &base_at(1.0, 0.04, 3.0)).world_from_camera;
+        View { network, rig, optics, looks, world_from_camera }
+    }
+}
+
+/// So bright that neither of a ghost's parts, pixels and nodes, is left out as too faint.
+fn bright() -> Optics {
+    Optics { stripe_peak_dn: 18_000.0, ..optics() }
+}
+
+/// Light of the ghosts of one way at a pixel: of strips, and of the nodes of the surface seen there.
+fn ghost_light(view: &View, geometry: &FrameGeometry, way: MirroredWay, pixel: [f64; 2], seen: &Hit) -> f64 {
+    let sharp = of_strips(view, geometry, pixel, |strip| strip.mirror.is_some_and(|mirror| mirror.way == way));
+    let toward = view.world_from_camera.inverse_transform_vector(&seen.normal);
+    sharp + of_glow(geometry, pixel, &toward)
 }
 
 /// Columns in which both the mirror shows a stripe, or the mirrored laser throws one, well away from the ends of either.
@@ -133,8 +160,8 @@ fn columns(way: MirroredWay) -> [f64; 5] {
 
 #[test]
 fn a_mirror_shows_the_ghost_where_the_mirrored_laser_says() {
-    let (network, rig, optics, looks) = (mirror_duct(), wide(), optics(), looks(0.005));
-    let view = scene(&network, &rig, &optics, &looks);
+    let scene = Scene::of(0.005, optics());
+    let view = scene.view();
     let geometry = view.geometry(LOW);
     for way in [MirroredWay::View, MirroredWay::Light] {
         for u in columns(way) {
@@ -150,8 +177,8 @@ fn a_mirror_shows_the_ghost_where_the_mirrored_laser_says() {
 /// distance from the laser's plane.
 #[test]
 fn a_ghost_has_the_share_of_the_light_that_the_mirror_keeps() {
-    let (network, rig, optics, looks) = (mirror_duct(), wide(), optics(), looks(0.005));
-    let view = scene(&network, &rig, &optics, &looks);
+    let scene = Scene::of(0.005, optics());
+    let view = scene.view();
     let geometry = view.geometry(LOW);
     for way in [MirroredWay::View, MirroredWay::Light] {
         for u in columns(way) {
@@ -175,14 +202,14 @@ fn a_ghost_has_the_share_of_the_light_that_the_mirror_keeps() {
 /// Posts take light from both kinds of ghost; without shadows only what they hide from the camera stays dark.
 #[test]
 fn without_shadows_posts_take_no_light_from_ghosts() {
-    let (empty, rig, looks) = (mirror_duct(), wide(), looks(0.005));
-    let mut posted = empty.clone();
+    let mut posted = mirror_duct();
     for (x, y) in [(1.5, -0.12), (1.9, 0.17), (2.3, -0.08)] {
         posted.add_solid(&Solid::cuboid(&Transform::translation(x, y, 0.0), Vector3::new(0.06, 0.06, 0.3), SurfaceId(0)));
     }
-    let (shaded, unshaded) = (optics(), Optics { shadows: false, ..optics() });
-    let scenes = [(&empty, &shaded), (&posted, &shaded), (&posted, &unshaded)]
-        .map(|(network, optics)| scene(network, &rig, optics, &looks));
+    let unshaded = Optics { shadows: false, ..optics() };
+    let scenes = [(mirror_duct(), optics()), (posted.clone(), optics()), (posted, unshaded)]
+        .map(|(network, optics)| Scene { network, ..Scene::of(0.005, optics) });
+    let scenes = scenes.each_ref().map(Scene::view);
     let geometries = scenes.each_ref().map(|scene| scene.geometry(LOW));
     for way in [MirroredWay::View, MirroredWay::Light] {
         // Of the walls; the posts have stripes of their own.
@@ -218,6 +245,63 @@ fn without_shadows_posts_take_no_light_from_ghosts() {
     }
 }
 
+/// Posts in the duct, thin ones, whose own faces leave no ghosts.
+fn posted() -> Network {
+    let mut network = mirror_duct();
+    for (x, y) in [(1.5, 0.1), (1.7, -0.05), (1.45, -0.1), (1.62, 0.21)] {
+        let stand = Transform::translation(x, y, 0.0);
+        network.add_solid(&Solid::cuboid(&stand, Vector3::new(0.014, 0.014, 0.3), SurfaceId(0)));
+    }
+    network
+}
+
+/// Bodies on any part of the light's way, mirrored or not, take a ghost's light away, and nothing else does.
+#[test]
+fn bodies_shade_and_hide_ghosts_on_every_part_of_the_way() {
+    let free = Scene::of(0.005, optics());
+    let posts = Scene { network: posted(), ..Scene::of(0.005, optics()) };
+    let (free, posts) = (free.view(), posts.view());
+    let geometries = [&free, &posts].map(|view| view.geometry(LOW));
+    for (way, all) in [(MirroredWay::View, 5..200), (MirroredWay::Light, 380..530)] {
+        // Whether light comes by the mirror to a pixel, as rays go.
+        let is_lit = |pixel: [f64; 2]| {
+            let unhidden = path(&free, way, pixel)?;
+            let hit = path(&posts, way, pixel)?.hit;
+            let same = |a: &Point3<f64>, b: &Point3<f64>| (a - b).norm() < 1e-6;
+            let reached = match way {
+                // The laser reaches what is seen in the mirror.
+                MirroredWay::View => {
+                    let to = Unit::new_normalize(hit.point - posts.source(LOW));
+                    posts.cast(&posts.source(LOW), &to).is_some_and(|met| same(&met.point, &hit.point))
+                }
+                // From the laser the mirror sends it on to what is seen.
+                MirroredWay::Light => {
+                    let to = Unit::new_normalize(image_of(&hit.point) - posts.source(LOW));
+                    let on = posts.cast(&posts.source(LOW), &to)?;
+                    let on = posts.cast(&on.point, &Unit::new_normalize(mirrored(&to)));
+                    on.is_some_and(|met| same(&met.point, &hit.point))
+                }
+            };
+            Some(reached && same(&hit.point, &unhidden.hit.point))
+        };
+        let mut counts = [0; 2];
+        for u in all.step_by(2).map(f64::from) {
+            let Some(row) = middle_row(&free, way, u) else { continue };
+            // Near the edge of a shadow it is partly there.
+            let near: Vec<bool> = (-7..=7).map(|off| is_lit([u + f64::from(off), row]).unwrap_or(false)).collect();
+            if near.contains(&true) && near.contains(&false) {
+                continue;
+            }
+            let [all, kept] = [(&free, 0), (&posts, 1)].map(|(view, i)| column(view, &geometries[i], way, u, row).0);
+            let expected = if near[0] { all } else { 0.0 };
+            assert!((kept - expected).abs() < 0.02 * all, "{way:?} in column {u}: {kept} of {all}, by rays {expected}");
+            counts[usize::from(near[0])] += 1;
+        }
+        println!("{way:?}: {counts:?} columns are hidden and seen");
+        assert!(counts[0] >= 4 && counts[1] >= 20, "{way:?}: {counts:?}");
+    }
+}
+
 /// Pixels in the middle of those ghosts that nodes are not enough for.
 fn narrow(geometry: &FrameGeometry, way: MirroredWay) -> Vec<[f64; 2]> {
     let strips = geometry.strips.iter().filter(|strip| strip.mirror.is_some_and(|mirror| mirror.way == way));
@@ -244,12 +328,10 @@ fn a_rough_mirror_blurs_what_it_shows() {
 }
 
 fn blurs_what_it_shows(roughness: f64) {
-    let (network, rig, looks) = (mirror_duct(), wide(), looks(roughness));
-    // So bright that neither of a ghost's parts, pixels and nodes, is left out as too faint.
-    let optics = Optics { stripe_peak_dn: 18_000.0, ..optics() };
-    let view = scene(&network, &rig, &optics, &looks);
+    let scene = Scene::of(roughness, bright());
+    let view = scene.view();
     let geometry = view.geometry(LOW);
-    let lobe_px = 2.0_f64.sqrt() * roughness * rig.camera.focal_px[0];
+    let lobe_px = 2.0_f64.sqrt() * roughness * scene.rig.camera.focal_px[0];
     let mut lights = Vec::new();
     for pixel in
         [[30.0, 240.0], [60.0, 230.0], [60.0, 170.0], [110.0, 200.0]].into_iter().chain(narrow(&geometry, MirroredWay::View))
@@ -273,11 +355,7 @@ fn blurs_what_it_shows(roughness: f64) {
             }
         }
         let expected = sum.1 / sum.0 * schlick(view.way(pixel).y.abs()) * view.falloff(pixel);
-        let sharp =
-            of_strips(&view, &geometry, pixel, |strip| strip.mirror.is_some_and(|mirror| mirror.way == MirroredWay::View));
-        let toward = view.world_from_camera.inverse_transform_vector(&first.normal);
-        let smooth = of_glow(&geometry, pixel, &toward);
-        lights.push([sharp + smooth, expected]);
+        lights.push([ghost_light(&view, &geometry, MirroredWay::View, pixel, &first), expected]);
     }
     assert_close(&lights);
 }
@@ -289,14 +367,12 @@ fn a_rough_mirror_spreads_the_light_it_throws() {
 }
 
 fn spreads_the_light_it_throws(roughness: f64) {
-    let (network, rig, looks) = (mirror_duct(), wide(), looks(roughness));
-    // So bright that neither of a ghost's parts, pixels and nodes, is left out as too faint.
-    let optics = Optics { stripe_peak_dn: 18_000.0, ..optics() };
-    let view = scene(&network, &rig, &optics, &looks);
+    let scene = Scene::of(roughness, bright());
+    let view = scene.view();
     let geometry = view.geometry(LOW);
     let lobe_rad = 2.0_f64.sqrt() * roughness;
     let source = view.source(LOW);
-    let fan = ductloop_sensor::light::Fan::of(&rig.lasers[LOW], optics.fan_profile);
+    let fan = ductloop_sensor::light::Fan::of(&scene.rig.lasers[LOW], scene.optics.fan_profile);
     let mut lights = Vec::new();
     for pixel in
         [[500.0, 190.0], [520.0, 220.0], [460.0, 225.0], [420.0, 210.0]].into_iter().chain(narrow(&geometry, MirroredWay::Light))
@@ -320,11 +396,7 @@ fn spreads_the_light_it_throws(roughness: f64) {
             irradiance += power * schlick(way.y.abs()) * lobe * cos_light.max(0.0) / (distance_m * distance_m);
         }
         let expected = irradiance * view.albedo(hit.surface) * view.falloff(pixel);
-        let sharp =
-            of_strips(&view, &geometry, pixel, |strip| strip.mirror.is_some_and(|mirror| mirror.way == MirroredWay::Light));
-        let toward = view.world_from_camera.inverse_transform_vector(&hit.normal);
-        let smooth = of_glow(&geometry, pixel, &toward);
-        lights.push([sharp + smooth, expected]);
+        lights.push([ghost_light(&view, &geometry, MirroredWay::Light, pixel, &hit), expected]);
     }
     assert_close(&lights);
 }

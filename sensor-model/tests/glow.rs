@@ -33,7 +33,7 @@ fn nodes(network: &Network, rig: &Rig, optics: &Optics, base: &Transform) -> Vec
     let world_from_camera = view(rig, base).world_from_camera;
     let scenery = Scenery::new(network, &LOOKS).expect("every surface has a look");
     let mut geometry = FrameGeometry::new(rig, optics).expect("the lens is a pinhole or nearly");
-    assert!(geometry.build(&scenery, &Sweep::still(world_from_camera), &[1.0; 4]));
+    geometry.build(&scenery, &Sweep::still(world_from_camera), &[1.0; 4]).expect("the camera is in the duct");
     let mut regions = geometry.regions.clone();
     let count = give_patches(&mut regions, &geometry);
     let mut glow = Glow::new(rig, optics, geometry.projection(), geometry.blur()).expect("slow light is on");

@@ -167,7 +167,7 @@ fn differences(network: &Network, rig: &Rig, optics: &Optics, looks: &[Look], vi
 
     let scenery = Scenery::new(network, looks).expect("sound looks");
     let mut geometry = FrameGeometry::new(rig, &optics).expect("a sound lens");
-    assert!(geometry.build(&scenery, &Sweep::still(view.world_from_camera), &view.laser_power));
+    geometry.build(&scenery, &Sweep::still(view.world_from_camera), &view.laser_power).expect("the camera is in the duct");
     let lasers = laser_strength(&optics, &rig.line) * view.laser_power[0];
     let model = Model { geometry, scenery, optics: &optics, lasers }.image(view.headlamp_power);
     let black = optics.ccd.black_level_dn;

@@ -93,7 +93,7 @@ fn spangles_fade_with_distance_as_a_lens_blurs_them() {
         let [spangled, plain] = [look, Look::matt(0.5)].map(|look| light(&mut renderer(&network, look, &optics), &view));
         let scenery = Scenery::new(&network, &[look]).expect("sound looks");
         let mut geometry = FrameGeometry::new(&wide(), &lamp()).expect("a pinhole");
-        assert!(geometry.build(&scenery, &Sweep::still(view.world_from_camera), &[0.0; MAX_LASERS]));
+        geometry.build(&scenery, &Sweep::still(view.world_from_camera), &[0.0; MAX_LASERS]).expect("a clear camera");
         let cap = geometry.regions.iter().find(|region| region.plane.normal.z > 0.999).expect("the wall ahead");
         let (texture, bits) = (cap.texture.expect("spangles"), finalise(cap.sheet as u32));
         let reach = (0.45 * 4.0 / distance_m * 378.4).min(200.0) as usize;

@@ -7,7 +7,7 @@ use common::{LOOKS, base_at, duct, quiet, straight, view, wide};
 use ductloop_duct::cell::{Solid, SurfaceId};
 use ductloop_duct::network::Network;
 use ductloop_nav::rig::Rig;
-use ductloop_sensor::frame_geometry::clear_cell;
+use ductloop_sensor::frame_geometry::{Obstacle, clear_cell};
 use ductloop_sensor::gpu::Gpu;
 use ductloop_sensor::optics::{Lens, Optics};
 use ductloop_sensor::renderer::{RenderError, Renderer, View};
@@ -60,8 +60,8 @@ fn a_frame_that_cannot_be_made_leaves_the_image_alone() {
     let error = renderer.render(&outside, pixels.as_mut_slice().into()).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "the camera at (1.620, 0.300, 0.100) m, looking along (1.000, 0.000, 0.000), is outside the duct, or nearer than 2 mm to \
-         its metal"
+        "the camera at (1.620, 0.300, 0.100) m, looking along (1.000, 0.000, 0.000), is outside the duct: it must stand inside, \
+         2 mm or more from the metal"
     );
     let nowhere = view(&rig, &base_at(f64::NAN, 0.0, 0.0));
     assert!(matches!(renderer.render(&nowhere, pixels.as_mut_slice().into()), Err(RenderError::OutsideNetwork { .. })));
@@ -114,7 +114,8 @@ fn a_camera_against_metal_is_refused_by_both_renderers() {
             (3.0, 0.0, 0.1015),
         ] {
             let error = renderer.render(&at(x_m, y_m, z_m), pixels.as_mut_slice().into()).expect_err("metal");
-            assert!(matches!(error, RenderError::OutsideNetwork { position_m, .. } if position_m == [x_m, y_m, z_m]), "{error}");
+            assert!(matches!(error, RenderError::AgainstMetal { position_m, .. } if position_m == [x_m, y_m, z_m]), "{error}");
+            assert!(error.to_string().contains("in the duct but nearer than 2 mm to the metal"), "{error}");
         }
         assert!(pixels.iter().all(|dn| *dn == 77));
         // As near as it may be; and in the joint, which is no wall, above the block.
@@ -134,9 +135,10 @@ fn metal_beyond_an_opening_is_metal() {
     assert_eq!([0, 1].map(|cell| network.cells[cell].solids.len()), [0, 1]);
     let scenery = Scenery::new(&network, &LOOKS).expect("sound looks");
     let clear = |x_m: f64, y_m: f64| clear_cell(&scenery, &Point3::new(x_m, y_m, 0.05), 0);
-    assert_eq!((clear(2.9995, 0.0), clear(2.9984, 0.0)), (None, Some(0)));
+    assert_eq!((clear(2.9995, 0.0), clear(2.9984, 0.0)), (Err(Obstacle::Metal), Ok(0)));
     // Beside it, in the joint.
-    assert_eq!((clear(2.9995, 0.1), clear(3.0005, 0.1)), (Some(0), Some(1)));
+    assert_eq!((clear(2.9995, 0.1), clear(3.0005, 0.1)), (Ok(0), Ok(1)));
+    assert_eq!(clear(2.9995, 0.3), Err(Obstacle::Outside));
 }
 
 #[test]

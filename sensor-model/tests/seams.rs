@@ -23,7 +23,7 @@ fn look() -> Look {
 fn geometry(network: &Network, looks: &[Look], rig: &Rig, optics: &Optics, world_from_camera: &Transform) -> FrameGeometry {
     let scenery = Scenery::new(network, looks).expect("sound looks");
     let mut geometry = FrameGeometry::new(rig, optics).expect("a sound lens");
-    assert!(geometry.build(&scenery, &Sweep::still(*world_from_camera), &[0.0; MAX_LASERS]), "the camera is in the duct");
+    geometry.build(&scenery, &Sweep::still(*world_from_camera), &[0.0; MAX_LASERS]).expect("the camera is in the duct");
     geometry
 }
 

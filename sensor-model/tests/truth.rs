@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{base_at, duct, incra1, straight, view, wide};
+use common::{base_at, duct, incra1, square_on, straight, view, wide};
 use ductloop_duct::cell::{Solid, SurfaceId};
 use ductloop_nav::rig::{Distortion, Rig};
 use ductloop_sensor::Transform;
@@ -254,4 +254,23 @@ fn what_cannot_be_seen_is_refused() {
     folded.camera.distortion.k1 = -0.9;
     let refused = SceneTruth::new(&network, &folded).of(&pose(&folded, &base_at(1.5, 0.0, 0.0)));
     assert!(matches!(refused, Err(RenderError::Distortion { .. })));
+}
+
+/// The image ends half a pixel beyond the middle of its last row, and begins half a pixel before that of the first.
+#[test]
+fn stripes_in_the_outer_halves_of_the_border_pixels_are_seen() {
+    const WALL_M: f64 = 0.12;
+    let network = duct(&[straight(1.0 + 0.12 + WALL_M, 0.5, 0.3)]);
+    for (row, is_seen) in [(479.3, true), (479.49, true), (479.6, false), (-0.3, true), (-0.6, false)] {
+        let mut rig = square_on();
+        // Level, and parallel to the line of sight.
+        let height_m = (row - 239.5) / 378.4 * WALL_M;
+        rig.lasers[0].source_in_camera = Point3::new(0.0, height_m, 0.0);
+        rig.lasers[0].offset_m = height_m;
+        let centres = truth(&network, &rig, &base_at(1.0, 0.0, 0.0)).centres;
+        let on_wall: Vec<_> = centres.iter().filter(|c| (c.point_in_camera_m[2] - WALL_M).abs() < 1e-9).collect();
+        // The fan of half a radian to each side reaches 378.4 tan(0.5) = 206.7 px from the middle, which is between two columns.
+        assert_eq!(on_wall.len(), if is_seen { 2 * 207 } else { 0 }, "row {row}");
+        assert!(on_wall.iter().all(|centre| (centre.v_px - row).abs() < 1e-9), "row {row}");
+    }
 }

@@ -102,13 +102,13 @@ pub(crate) struct RunArgs {
     pub(crate) overlay: OverlayArgs,
     #[command(flatten)]
     pub(crate) rendering: RendererArgs,
-    /// Folder for the runs' folders
+    /// Folder for the runs' folders; it is made where it is missing
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub(crate) out: PathBuf,
     /// Print one JSON document on standard output
     #[arg(long)]
     pub(crate) json: bool,
-    /// Write a JUnit file for a CI server
+    /// Write a JUnit file for a CI server; folders above it are made where they are missing
     #[arg(long, value_name = "FILE")]
     pub(crate) junit: Option<PathBuf>,
     /// Say nothing but errors
@@ -135,7 +135,8 @@ pub(crate) struct RenderArgs {
     /// Scenario file, or name of a file in ./scenarios
     #[arg(value_name = "FILE|NAME")]
     pub(crate) input: PathBuf,
-    /// Simulated time: the first frame exposed at or after it. Several times, with commas between, give a contact sheet
+    /// Simulated time: the first frame exposed at or after it. Several times, with commas between, give a contact sheet: of the
+    /// frames until then, if the run ends before the last of them
     #[arg(
         long, value_name = "SECONDS[,…]", allow_negative_numbers = true, value_delimiter = ',', value_parser = seconds,
         required_unless_present = "pose"
@@ -156,7 +157,7 @@ pub(crate) struct RenderArgs {
     /// Bits of a grey value, whatever the scenario says
     #[arg(long, value_name = "8|10|12", allow_negative_numbers = true, value_parser = bits)]
     pub(crate) bits: Option<Bits>,
-    /// The picture; the robot's pose goes beside it, with the ending .json
+    /// The picture; the robot's pose goes beside it, with the ending .json. Folders above it are made where they are missing
     #[arg(long, value_name = "FILE", default_value = "frame.png")]
     pub(crate) out: PathBuf,
     /// Draw the lines that the navigator found
@@ -195,7 +196,10 @@ pub(crate) struct BenchArgs {
     #[arg(long)]
     pub(crate) json: bool,
     /// Frames to time; the median is told
-    #[arg(long, value_name = "N", default_value_t = 200, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(10..=100_000))]
+    #[arg(
+        long, value_name = "N", default_value_t = 200, allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u32).range(10..=100_000)
+    )]
     pub(crate) frames: u32,
     /// Threads for the whole loop, and for the processor's renderer where that is timed with more than one
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]

@@ -6,6 +6,7 @@ use super::args::CheckArgs;
 use super::inputs;
 use super::problem::Problem;
 use super::streams::{print, print_json};
+use super::warnings::{self, Warning};
 
 /// Carries it out.
 ///
@@ -25,8 +26,13 @@ pub(crate) fn command(args: &CheckArgs) -> Result<u8, Problem> {
                 "{file}: ok, `{name}`{about}\n  {length_m:.2} m, fittings: {fittings}, criteria: {criteria}, seed: {seed}"
             ))?;
         }
+        let warnings = warnings::of_start(scenario);
+        if !args.quiet {
+            warnings.iter().for_each(|warning| warning.tell(&input.file));
+        }
         rows.push(json!({
             "file": file.to_string(), "scenario": scenario.name, "length_m": length_m, "fittings": fittings, "criteria": criteria,
+            "warnings": warnings.iter().map(Warning::to_json).collect::<Vec<_>>(),
         }));
     }
     if args.json {

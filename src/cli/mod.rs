@@ -1,8 +1,9 @@
 //! The command line, a file a command.
 //!
 //! - `args`: what may be typed; - `inputs`: files, folders and names to scenarios, all checked before anything runs;
-//! - `destination`: where results go, checked likewise; - `run`, `render`, `check`, `bench`: the commands; - `progress`, `verdict_table`: what they show while and after;
-//! - `shot`, `truth_files`: what `render` shows and what it writes beside it; - `rendering`: opening what renders;
+//! - `destination`: where results go, checked likewise; - `run`, `render`, `check`, `bench`: the commands;
+//! - `progress`, `verdict_table`: what they show while and after; - `rendering`: opening what renders;
+//! - `shot`, `truth_files`: what `render` shows and what it writes beside it; - `warnings`: what is hardly meant so;
 //! - `problem`: what a command can end with other than its result; - `streams`: standard output and error; - `interrupt`: Ctrl-C.
 //!
 //! Exit codes: 0 every verdict passed; 1 one failed; 2 the command line or a file is wrong, or the output cannot be written;
@@ -23,6 +24,7 @@ mod shot;
 mod streams;
 mod truth_files;
 mod verdict_table;
+mod warnings;
 
 use clap::Parser;
 

@@ -1,6 +1,7 @@
 //! `ductloop render`: what the camera sees, and the truth at its exposure.
 
-use std::path::PathBuf;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
 
 use ductloop::closed_loop::RunError;
 use ductloop::output::write_whole;
@@ -12,14 +13,14 @@ use super::args::RenderArgs;
 use super::inputs::Input;
 use super::problem::Problem;
 use super::rendering::Rendering;
-use super::shot::{Shot, of_pose, of_run};
+use super::shot::{Moments, Shot, of_pose, of_run, start_pose};
 use super::streams::{note, print, print_json};
-use super::{INTERRUPTED, destination, inputs, interrupt, truth_files};
+use super::{INTERRUPTED, destination, inputs, interrupt, truth_files, warnings};
 
 /// Carries it out: runs the loop up to the times asked for, or takes the pose that was given, and renders.
 ///
 /// # Errors
-/// A wrong input, a run that ends before that time, a file that cannot be written.
+/// A wrong input, a run that ends before the first of the times, a file that cannot be written.
 pub(crate) fn command(args: &RenderArgs) -> Result<u8, Problem> {
     let inputs = inputs::read(std::slice::from_ref(&args.input), &args.overlay)?;
     let [Input { file, scenario, .. }] = inputs.as_slice() else {
@@ -29,43 +30,52 @@ pub(crate) fn command(args: &RenderArgs) -> Result<u8, Problem> {
     check(args, scenario)?;
     let rendering = Rendering::open(args.rendering, args.quiet)?;
     interrupt::listen();
-    let shots = if args.pose.is_empty() {
-        let Some(shots) = of_run(scenario, &rendering, &args.at_s, file)? else {
-            note("interrupted: nothing was written");
-            return Ok(INTERRUPTED);
-        };
-        shots
+    let moments = if args.pose.is_empty() {
+        of_run(scenario, &rendering, &args.at_s, file)?
     } else {
-        vec![of_pose(scenario, &args.pose)?]
+        Some(Moments { shots: vec![of_pose(scenario, &args.pose)?], merged: Vec::new(), missed: None })
     };
-    let cannot_go_on =
-        |error: &dyn std::fmt::Display| Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(file.display().to_string());
+    let Some(Moments { shots, merged, missed }) = moments else {
+        note("interrupted: nothing was written");
+        return Ok(INTERRUPTED);
+    };
+    if !args.quiet {
+        merged.iter().for_each(|words| note(&format!("note: --at-s: {words}")));
+        warnings::of_shots(scenario, &shots).iter().for_each(|warning| warning.tell(file));
+    }
     // The run saw the scenario's own images; those that are shown are made anew, as they were asked for.
     let mut shown = scenario.clone();
     shown.optics.noise &= !args.no_noise;
     shown.optics.ccd.bits = args.bits.unwrap_or(shown.optics.ccd.bits);
     let images = expose(&shown, &rendering, &shots).map_err(|error| match error {
-        RunError::Render(RenderError::OutsideNetwork { .. }) if !args.pose.is_empty() => wrong(error.to_string()).about("--pose"),
-        error => cannot_go_on(&error),
+        RunError::Render(RenderError::OutsideNetwork { .. } | RenderError::AgainstMetal { .. }) if !args.pose.is_empty() => {
+            let refused = wrong(error.to_string()).about("--pose");
+            match start_pose(scenario) {
+                Some(start) => refused.help(format!("the scenario's own camera is at `--pose {start}` at the start")),
+                None => refused,
+            }
+        }
+        error => cannot_go_on(file, &error),
     })?;
-    let document = document(&shots);
-    let mut files = vec![
-        (args.out.clone(), png(args, &shots, &images).map_err(|error| cannot_go_on(&error))?),
-        (args.out.with_extension("json"), format!("{document:#}\n").into_bytes()),
-    ];
-    if let ([shot], [image], true) = (shots.as_slice(), images.as_slice(), args.truth) {
-        files.extend(truth_files::of(&shown, &shot.view, image, &args.out).map_err(|error| cannot_go_on(&error))?);
-    }
+    let mut document = document(args, &shots);
+    let files = files(args, &shown, &shots, &images, &document).map_err(|error| cannot_go_on(file, &error))?;
     for (path, bytes) in &files {
-        let cannot = |error: &dyn std::fmt::Display| Problem::new(Problem::CANNOT_GO_ON, error.to_string());
-        write_whole(path, bytes).map_err(|error| cannot(&error).about(path.display().to_string()))?;
+        write_whole(path, bytes).map_err(|error| cannot_go_on(path, &error))?;
     }
+    let code = missed.as_ref().map_or(0, Problem::tell);
     if args.json {
+        if let (Some(problem), Some(document)) = (&missed, document.as_object_mut()) {
+            document.insert("errors".into(), problem.to_json().into());
+        }
         print_json(&document)?;
     } else if !args.quiet {
         print(&files.iter().map(|(path, _)| path.display().to_string()).collect::<Vec<_>>().join("\n"))?;
     }
-    Ok(0)
+    Ok(code)
+}
+
+fn cannot_go_on(path: &Path, error: &dyn Display) -> Problem {
+    Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(path.display().to_string())
 }
 
 fn wrong(message: String) -> Problem {
@@ -77,9 +87,10 @@ fn check(args: &RenderArgs, scenario: &Scenario) -> Result<(), Problem> {
     if args.out.extension().is_none_or(|ending| ending != "png") {
         return Err(wrong("the picture's name must end in .png".into()).about(args.out.display().to_string()));
     }
-    if args.at_s.iter().any(|time_s| *time_s > scenario.time_limit_s) {
-        let message = format!("this is later than the run can end, {} s at the latest (time_limit_s)", scenario.time_limit_s);
-        return Err(wrong(message).about("--at-s"));
+    if let Some(late_s) = args.at_s.iter().find(|time_s| **time_s > scenario.time_limit_s) {
+        let limit_s = scenario.time_limit_s;
+        let message = format!("{late_s:?} s is later than the run can end, {limit_s} s at the latest (time_limit_s)");
+        return Err(wrong(message).about("--at-s").help("a longer run: `--set time_limit_s=SECONDS`"));
     }
     for (option, given) in [("--truth", args.truth), ("--lines", args.lines)] {
         if given && args.at_s.len() > 1 {
@@ -104,18 +115,41 @@ fn expose(scenario: &Scenario, rendering: &Rendering, shots: &[Shot]) -> Result<
     Ok(images)
 }
 
+/// Whether a sheet is made, even where the run came to one of the times only: what is written has the form that was asked for.
+fn is_sheet(args: &RenderArgs) -> bool {
+    args.at_s.len() > 1
+}
+
+/// Every file with its bytes.
+fn files(
+    args: &RenderArgs,
+    shown: &Scenario,
+    shots: &[Shot],
+    images: &[GreyImage],
+    document: &Value,
+) -> anyhow::Result<Vec<(PathBuf, Vec<u8>)>> {
+    let mut files = vec![
+        (args.out.clone(), png(args, shots, images)?),
+        (args.out.with_extension("json"), format!("{document:#}\n").into_bytes()),
+    ];
+    if let ([shot], [image], true) = (shots, images, args.truth) {
+        files.extend(truth_files::of(shown, &shot.view, image, &args.out)?);
+    }
+    Ok(files)
+}
+
 /// The picture: the frame as it is, with lines drawn on it, or several frames on a sheet.
 fn png(args: &RenderArgs, shots: &[Shot], images: &[GreyImage]) -> image::ImageResult<Vec<u8>> {
     match (images, shots) {
         ([image], [shot]) if args.lines => picture::overlay_png(image, &shot.lines),
-        ([image], _) => picture::grey_png(image),
+        ([image], _) if !is_sheet(args) => picture::grey_png(image),
         _ => contact_sheet::png(images.iter().zip(shots.iter().map(|shot| shot.label.as_str()))),
     }
 }
 
-fn document(shots: &[Shot]) -> Value {
+fn document(args: &RenderArgs, shots: &[Shot]) -> Value {
     match shots {
-        [one] => one.document.clone(),
+        [one] if !is_sheet(args) => one.document.clone(),
         several => json!({"format": 1, "frames": several.iter().map(|shot| &shot.document).collect::<Vec<_>>()}),
     }
 }

@@ -19,7 +19,7 @@ use super::problem::{Problem, Problems};
 use super::progress::Progress;
 use super::rendering::Rendering;
 use super::streams::{note, print, print_json};
-use super::{INTERRUPTED, destination, interrupt, verdict_table};
+use super::{INTERRUPTED, destination, interrupt, verdict_table, warnings};
 
 /// A run that is ready to begin: its folder can be written.
 struct Planned {
@@ -52,6 +52,11 @@ pub(crate) fn command(args: &RunArgs) -> Result<u8, Problem> {
     let inputs = inputs::read(&args.inputs, &args.overlay)?;
     interrupt::listen();
     let planned = plan(args, inputs)?;
+    if !args.quiet {
+        for Input { file, scenario, .. } in planned.iter().map(|run| &run.input) {
+            warnings::of_start(scenario).iter().for_each(|warning| warning.tell(file));
+        }
+    }
     let rendering = Rendering::open(args.rendering, args.quiet)?;
     let count = planned.len();
     let mut finished = Vec::new();

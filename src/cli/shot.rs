@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use ductloop::closed_loop::run_with;
+use ductloop::closed_loop::{RunFailure, run_with};
 use ductloop::record::{EndState, FrameRecord};
 use ductloop::viewpoint::still;
 use ductloop::{Pilot, Scenario};
@@ -29,16 +29,26 @@ pub(crate) struct Shot {
     pub(crate) lines: Vec<StripeLine>,
 }
 
+/// The moments of a run that were asked for.
+pub(crate) struct Moments {
+    /// Those that it came to, in their order.
+    pub(crate) shots: Vec<Shot>,
+    /// Which of the times fall on one frame, in words.
+    pub(crate) merged: Vec<String>,
+    /// Why the run did not come to all of them, if it did not.
+    pub(crate) missed: Option<Problem>,
+}
+
 /// Runs the loop up to the last of `times_s`; `None` if it was interrupted. `file` is the scenario's.
 ///
 /// # Errors
-/// A run that ends before, or cannot go on.
+/// A run that ends, or cannot go on, before the first of them.
 pub(crate) fn of_run(
     scenario: &Scenario,
     rendering: &Rendering,
     times_s: &[f64],
     file: &Path,
-) -> Result<Option<Vec<Shot>>, Problem> {
+) -> Result<Option<Moments>, Problem> {
     let cannot_go_on =
         |error: &dyn std::fmt::Display| Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(file.display().to_string());
     let threads = rendering.threads;
@@ -46,32 +56,68 @@ pub(crate) fn of_run(
     let mut times_s = times_s.to_vec();
     times_s.sort_by(f64::total_cmp);
     let mut left = times_s.iter().copied().peekable();
-    let mut shots = Vec::new();
-    let run = run_with(scenario, Pilot::of(scenario), renderer.as_mut(), threads.pace(), |record, _| {
+    let (mut shots, mut merged) = (Vec::new(), Vec::new());
+    let result = run_with(scenario, Pilot::of(scenario), renderer.as_mut(), threads.pace(), |record, _| {
         if interrupt::requested() {
             return ControlFlow::Break(());
         }
         // Ticks are whole, seconds are rounded.
-        let is_due = |time_s: &f64| record.time_s + 1e-9 >= *time_s;
-        if left.next_if(is_due).is_some() {
+        let due: Vec<f64> = std::iter::from_fn(|| left.next_if(|time_s| record.time_s + 1e-9 >= *time_s)).collect();
+        if !due.is_empty() {
             shots.push(of_record(scenario, record));
         }
-        // Two times within one frame are one picture.
-        while left.next_if(is_due).is_some() {}
-        if left.peek().is_none() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    })
-    .map_err(|failure| cannot_go_on(&failure))?;
-    if let Some(time_s) = left.next() {
-        if run.end == EndState::BrokenOff {
-            return Ok(None);
+        if due.len() > 1 {
+            merged.push(format!("{} fall on one frame, that of {:.3} s: it is shown once", seconds(&due), record.time_s));
         }
-        let message = format!("the run ends at {:.3} s ({}), before {time_s} s", run.sim_time_s, run.end.word());
-        return Err(Problem::new(Problem::WRONG_INPUT, message).about("--at-s"));
+        if left.peek().is_none() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    let late: Vec<f64> = left.collect();
+    let written = if shots.is_empty() { "" } else { "; the frames until then are written" };
+    let missed = match result {
+        Ok(run) if late.is_empty() => {
+            if let (Some(shot), Some(key)) = (shots.last_mut(), run.key_frames.spread().last()) {
+                shot.lines.clone_from(&key.lines);
+            }
+            None
+        }
+        Ok(run) if run.end == EndState::BrokenOff => return Ok(None),
+        Ok(run) => {
+            let (end_s, end) = (run.sim_time_s, run.end.word());
+            let ended = format!("the run ends at {end_s:.3} s ({end}), before {}{written}", seconds(&late));
+            let last_s = run.frames.last().map_or(0.0, |record| record.time_s);
+            let help =
+                format!("the last frame is that of {last_s:.3} s; `[start]`, `time_limit_s` and the duct say how long a run is");
+            Some(Problem::new(Problem::WRONG_INPUT, ended).about("--at-s").help(help))
+        }
+        Err(RunFailure { error, record: Some(record) }) if !late.is_empty() => {
+            let came_to = format!("the run could not go on at {:.3} s, before {}", record.sim_time_s, seconds(&late));
+            Some(cannot_go_on(&format!("{came_to}{written}: {error}")))
+        }
+        Err(failure) => Some(cannot_go_on(&failure)),
+    };
+    match missed {
+        Some(problem) if shots.is_empty() => Err(problem),
+        missed => Ok(Some(Moments { shots, merged, missed })),
     }
-    if let (Some(shot), Some(key)) = (shots.last_mut(), run.key_frames.spread().last()) {
-        shot.lines.clone_from(&key.lines);
+}
+
+/// A camera where the robot's is at the start, as `--pose` takes it.
+pub(crate) fn start_pose(scenario: &Scenario) -> Option<String> {
+    let base = scenario.world_from_start(&scenario.duct.network().ok()?);
+    let Mount { position_in_base_m, roll_rad, rest } = scenario.actual_rig().mount;
+    let [x, y, z]: [f64; 3] = (base * position_in_base_m).coords.into();
+    let yaw_rad = base.rotation.euler_angles().2 + rest.pan_rad;
+    let [yaw_deg, pitch_deg, roll_deg] = [yaw_rad, rest.tilt_rad, roll_rad].map(f64::to_degrees);
+    Some(format!("{x:.3},{y:.3},{z:.3},{yaw_deg:.1},{pitch_deg:.1},{roll_deg:.1}"))
+}
+
+/// Times as people read them: `1 s, 2 s and 2.5 s`.
+fn seconds(times_s: &[f64]) -> String {
+    let words: Vec<_> = times_s.iter().map(|time_s| format!("{time_s} s")).collect();
+    match words.split_last() {
+        Some((last, others)) if !others.is_empty() => format!("{} and {last}", others.join(", ")),
+        _ => words.concat(),
     }
-    Ok(Some(shots))
 }
 
 /// Largest angle of a pose, in degrees, either way. More is a slip, and far more has lost its digits.

@@ -33,7 +33,8 @@ pub enum FolderError {
     NotAFolder(PathBuf),
     /// There is a folder with other things in it.
     #[error(
-        "{} is not empty and holds no {SCENARIO}, so it is not a run's folder and is left alone: move it away, or choose another folder with --out",
+        "{} is not empty and holds no {SCENARIO}, so it is not a run's folder and is left alone: move it away, or choose another \
+         folder with --out",
         .0.display()
     )]
     NotARun(PathBuf),

@@ -4,7 +4,7 @@ use std::fs::{self, File, FileType};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use super::stage_name::beside;
+use super::stage_name::{beside, is_of_the_dead};
 
 /// Why a file cannot be written.
 #[derive(Debug, thiserror::Error)]
@@ -18,7 +18,7 @@ pub enum FileError {
 }
 
 /// Writes a file aside, flushes it to disk and renames it. Folders above it are made. A link stays: what it leads to is
-/// written.
+/// written. A process that is killed meanwhile leaves a hidden file `.NAME.tmp-…`, which the next [`try_out`] takes away.
 ///
 /// # Errors
 /// Where something other than a regular file stands there, which is left alone, or the system refuses.
@@ -89,12 +89,14 @@ pub(super) fn try_in<E>(
     tried
 }
 
-/// Makes sure that a file can be written, and leaves everything as it was.
+/// Makes sure that a file can be written, and leaves everything as it was, but for what processes that were killed have left of
+/// this file: that goes.
 ///
 /// # Errors
 /// As [`write()`].
 pub fn try_out(path: &Path) -> Result<(), FileError> {
     let path = behind_links(path)?;
+    clear_up_after_the_dead(&path);
     let aside = beside(&path, "probe");
     let tried = try_in(
         path.parent().unwrap_or(Path::new("")),
@@ -102,6 +104,18 @@ pub fn try_out(path: &Path) -> Result<(), FileError> {
         || write_flushed(&aside, b"probe").and_then(|()| fs::remove_file(&aside)),
     );
     Ok(tried?)
+}
+
+/// Removes the files beside `path` that [`write()`] and [`try_out`] had begun in processes that are dead.
+fn clear_up_after_the_dead(path: &Path) {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let dead = |what| name.to_str().is_some_and(|name| is_of_the_dead(name, path, what));
+        if dead("tmp") || dead("probe") {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
 }
 
 /// Writes a file and flushes it to disk.
@@ -114,4 +128,31 @@ pub(super) fn write_flushed(path: &Path, bytes: &[u8]) -> io::Result<()> {
 /// Flushes a folder's entries to disk, where the system can.
 pub(super) fn flush_folder(path: &Path) -> io::Result<()> {
     if cfg!(unix) { File::open(path)?.sync_all() } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn what_the_dead_have_begun_is_taken_away_and_nothing_else() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("frame.png");
+        // No process has this number: Linux stops at 2^22.
+        let as_of_the_dead = |path: PathBuf| {
+            let name = path.file_name().and_then(|name| name.to_str()).expect("a name");
+            path.with_file_name(name.replace(&format!("-{}-", std::process::id()), "-4294967295-"))
+        };
+        let gone = ["tmp", "probe"].map(|what| as_of_the_dead(beside(&path, what)));
+        let other = as_of_the_dead(beside(&folder.path().join("frame.json"), "tmp"));
+        let kept = [path.clone(), beside(&path, "tmp"), other, folder.path().join(".frame.png.tmp-elsewhere-4294967295-0")];
+        for file in gone.iter().chain(&kept) {
+            fs::write(file, "begun").expect("a file");
+        }
+        try_out(&path).expect("a file can be written there");
+        assert!(gone.iter().all(|file| !file.exists()), "{gone:?}");
+        assert!(kept.iter().all(|file| file.exists()), "{kept:?}");
+        assert_eq!(fs::read_dir(folder.path()).expect("it").count(), kept.len());
+    }
 }

@@ -26,7 +26,12 @@ pub(super) fn scenario(scenario: &Scenario, network: &Network) -> Value {
         facts => vec![
             format!("{width} × {height} mm, {length} m, {}, {}", plural(straights, "straight"), plural(elbows, "elbow")),
             format!("{} × {} px at {} Hz, {lasers}", camera.width_px, camera.height_px, scenario.rates.camera_hz),
-            format!("perception {}, law {}, {} m/s", scenario.perception.pipeline.word(), scenario.control.law.word(), number(scenario.speed_m_s, 3)),
+            format!(
+                "perception {}, law {}, {} m/s",
+                scenario.perception.pipeline.word(),
+                scenario.control.law.word(),
+                number(scenario.speed_m_s, 3)
+            ),
             format!(
                 "from {} m, {:+} mm and {:+}° off the centreline",
                 number(start.distance_m, 3),

@@ -40,8 +40,8 @@ fn render_refuses_what_it_cannot_do() {
     workshop.write("several/b.toml", scenario("b", 1.6));
     let cases: &[(&[&str], &[&str])] = &[
         // Past the end of the run, and past the longest that it may take.
-        (&["short.toml", "--at-s", "50"], &["--at-s", "finished", "before 50 s"]),
-        (&["short.toml", "--at-s", "1e300"], &["--at-s: this is later", "60 s at the latest"]),
+        (&["short.toml", "--at-s", "50"], &["--at-s: the run ends at", "finished", "before 50 s", "the last frame is that of"]),
+        (&["short.toml", "--at-s", "1,1e300"], &["--at-s: 1e300 s is later", "60 s at the latest", "time_limit_s"]),
         (&["short.toml", "--at-s", "1", "--out", "frame.jpg"], &["frame.jpg", ".png"]),
         (&["short.toml", "--at-s", "1", "--out", "file/frame.png"], &["--out file/frame.png", "not a folder"]),
         (&["several", "--at-s", "1"], &["several", "one scenario"]),
@@ -132,10 +132,12 @@ fn a_camera_can_be_anywhere_in_the_duct() {
     let middle = f32::from_le_bytes(depth[128 + 4 * (240 * 640 + 320)..][..4].try_into().expect("four bytes"));
     assert!((middle - 0.15).abs() < 1e-6, "{middle}");
     for (pose_text, words) in [
-        ("0.8,0.6,0.15,0,0,0", "outside the duct"),
+        ("0.8,0.6,0.15,0,0,0", "is outside the duct"),
         // In the wall, and a millimetre before it.
-        ("0.8,0.25,0.1,90,0,0", "nearer than 2 mm"),
-        ("0.8,0.249,0.1,60,0,0", "nearer than 2 mm"),
+        ("0.8,0.25,0.1,90,0,0", "in the duct but nearer than 2 mm"),
+        ("0.8,0.249,0.1,60,0,0", "in the duct but nearer than 2 mm"),
+        // What a right one looks like: the robot's own.
+        ("0.8,0.6,0.15,0,0,0", "`--pose 0.620,0.000,0.100,0.0,0.0,0.0` at the start"),
         ("0.8,0,0.1,360.5,0,0", "yaw is 360.5 degrees; it must be from -360 to 360"),
         ("0.8,0,0.1,0,0,-1e9", "roll is -1000000000 degrees"),
         ("1,2,3", "six numbers"),
@@ -143,4 +145,80 @@ fn a_camera_can_be_anywhere_in_the_duct() {
     ] {
         workshop.run(&[&pose[..], &[pose_text]].concat()).expect(2).saying(&["--pose", words]);
     }
+}
+
+#[test]
+fn frames_until_the_end_of_the_run_are_written() {
+    let workshop = Workshop::new();
+    let ran = workshop.run(&["render", "short.toml", "--at-s", "1,40,45", "--out", "sheet.png", "--json"]).expect(2);
+    let ran = ran.saying(&["--at-s: the run ends at", "(finished), before 40 s and 45 s; the frames until then are written"]);
+    let document = ran.json();
+    assert_eq!(keys(&document), ["format", "frames", "errors"]);
+    assert_eq!(document["frames"].as_array().map(Vec::len), Some(1));
+    assert_eq!((&document["frames"][0]["frame"], &document["errors"][0]["file"]), (&json!(30), &json!("--at-s")));
+    // A sheet, as it was asked for, with the one frame; and its document.
+    let sheet = image::open(workshop.path("sheet.png")).expect("a picture").into_luma8();
+    assert!(sheet.dimensions().0 < 640, "{:?}", sheet.dimensions());
+    let written: Value = serde_json::from_str(&workshop.read("sheet.json")).expect("JSON");
+    assert_eq!((keys(&written), &written["frames"]), (vec!["format", "frames"], &document["frames"]));
+}
+
+#[test]
+fn times_that_fall_on_one_frame_are_told() {
+    let workshop = Workshop::new();
+    let ran = workshop.run(&["render", "short.toml", "--at-s", "0,0.001,0,0.03", "--json"]).expect(0);
+    let ran =
+        ran.saying(&["0 s and 0 s fall on one frame, that of 0.000 s", "0.001 s and 0.03 s fall on one frame, that of 0.033 s"]);
+    assert_eq!(ran.json()["frames"].as_array().map(Vec::len), Some(2));
+    let ran = workshop.run(&["render", "short.toml", "--at-s", "0,0", "--quiet"]).expect(0);
+    assert_eq!((ran.stdout.as_str(), ran.stderr.as_str()), ("", ""));
+}
+
+/// The same as a run that is killed while it writes.
+#[test]
+#[cfg(target_os = "linux")]
+fn what_a_killed_call_has_left_goes_with_the_next() {
+    let workshop = Workshop::new();
+    let call = ["render", "short.toml", "--at-s", "0", "--out", "pictures/a.png", "--truth"];
+    workshop.run(&call).expect(0);
+    let whole = workshop.names("pictures");
+    let begun = |names: &[String]| names.iter().any(|name| name.starts_with(".a.") && name.contains(".tmp-"));
+    // Whether a file is caught half written is chance: it is tried until one is.
+    let mut caught = false;
+    for _ in 0..200 {
+        let mut running = workshop.start(&call);
+        while !caught && running.is_alive() {
+            caught = begun(&workshop.names("pictures"));
+        }
+        if caught {
+            running.signal("KILL");
+            running.wait();
+            caught = begun(&workshop.names("pictures"));
+        }
+        if caught {
+            break;
+        }
+    }
+    assert!(caught, "no call was killed while it wrote");
+    workshop.run(&call).expect(0);
+    assert_eq!(workshop.names("pictures"), whole);
+}
+
+/// A camera so near the ceiling that the upper laser, 60 mm above it, is beyond.
+#[test]
+fn a_laser_outside_the_duct_is_told_before_anything_runs() {
+    let workshop = Workshop::new();
+    let dark = ["--set", "sensor.camera.position_in_base_m=[0.12, 0.0, 0.25]"];
+    let with = |args: &[&'static str]| workshop.run(&[args, &dark].concat());
+    let words = "warning: short.toml: at the start the source of laser `high` is outside the duct";
+    let checked = with(&["check", "short.toml", "--json"]).expect(0).saying(&[words]).json();
+    assert_eq!(checked["scenarios"][0]["warnings"].as_array().map(Vec::len), Some(1), "{checked}");
+    assert_eq!(with(&["check", "short.toml", "--quiet"]).expect(0).stderr, "");
+    // It says so before the run, and then runs.
+    let ran = with(&["run", "short.toml", "--set", "time_limit_s=0.1"]).expect(1).saying(&[words]);
+    assert!(ran.stderr.find("warning") < ran.stderr.find("rendering with"), "{}", ran.stderr);
+    with(&["render", "short.toml", "--at-s", "0,0.1"]).expect(0).saying(&["at 0.000 s, 0.100 s the source of laser `high`"]);
+    with(&["render", "short.toml", "--pose", "0.8,0,0.25,0,0,0"]).expect(0).saying(&["here the source of laser `high`"]);
+    let sound = workshop.run(&["check", "short.toml", "--json"]).expect(0);
+    assert_eq!((sound.stderr.as_str(), &sound.json()["scenarios"][0]["warnings"]), ("", &json!([])));
 }

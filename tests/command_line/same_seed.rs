@@ -21,8 +21,8 @@ fn the_same_seed_gives_the_same_run() {
     assert_ne!(hash(&["--seed", "2"]), first);
 }
 
-/// The hash of a run of half a second with the default model. It changes with every change to physics, images or navigation that is meant to
-/// change results, and with nothing else.
+/// The hash of a run of half a second with the default model. It changes with every change to physics, images or navigation that
+/// is meant to change results, and with nothing else.
 const GOLDEN: &str = "7e0dba925d2c8f2544b689eb605fa27a";
 
 /// Physics, images and navigation, all to the bit, on a processor without AVX as on this one.

@@ -222,6 +222,11 @@ impl Running {
         std::thread::sleep(Duration::from_millis(300));
     }
 
+    /// Whether it still runs.
+    pub(crate) fn is_alive(&mut self) -> bool {
+        self.child.try_wait().expect("a child").is_none()
+    }
+
     pub(crate) fn id(&self) -> u32 {
         self.child.id()
     }

@@ -1,8 +1,8 @@
 //! Charge that runs over along the columns of a CCD.
 //!
-//! Of what a pixel holds beyond the full well the share `blooming` spills, half up and half down the column; the rest is drained. On its way the charge fills
-//! what room it finds in each pixel, and what is left at the column's end is lost. First all that runs down is dealt with,
-//! from the top; then all that runs up, from the bottom, into the room that is left.
+//! Of what a pixel holds beyond the full well the share `blooming` spills, half up and half down the column; the rest is drained.
+//! On its way the charge fills what room it finds in each pixel, and what is left at the column's end is lost. First all that
+//! runs down is dealt with, from the top; then all that runs up, from the bottom, into the room that is left.
 
 /// Moves the charge of an image of mean electrons, rows of `stride` values.
 pub(super) fn bloom(mean_e: &mut [f32], stride: usize, well_e: f32, blooming: f32, spilt: &mut Spilt) {
@@ -63,5 +63,19 @@ mod tests {
         let mut dim = vec![99.0, 1.0, 3.0];
         bloom(&mut dim, 1, 100.0, 1.0, &mut Spilt::default());
         assert_eq!(dim, [99.0, 1.0, 3.0]);
+    }
+
+    /// Two full pixels with a single one between them: what the upper spills downward takes the room first, and all that the lower
+    /// spills upward goes on beyond the upper.
+    #[test]
+    fn what_runs_down_goes_before_what_runs_up() {
+        let mut column = vec![0.0; 21];
+        column[8] = 100.0 + 2.0 * 200.0;
+        column[10] = 100.0 + 2.0 * 400.0;
+        bloom(&mut column, 1, 100.0, 1.0, &mut Spilt::default());
+        let full = |rows: std::ops::Range<usize>| column[rows].iter().filter(|charge| **charge >= 100.0).count();
+        // Down: 200, of which 100 stay in between; with 400 more that is 500 below. Up: 400 and 200 above, all beyond the upper.
+        assert_eq!((full(0..8), column[9], full(11..21)), (6, 100.0, 5));
+        assert_eq!(column.iter().sum::<f32>(), 500.0 + 900.0 + 2.0 * 200.0 + 2.0 * 400.0);
     }
 }

@@ -57,7 +57,8 @@ impl Line {
 }
 
 impl Reach {
-    /// Of a run whose edges have the softness `blur2`: no edge is felt farther from it than its shift and five and a quarter times its softness.
+    /// Of a run whose edges have the softness `blur2`: no edge is felt farther from it than its shift and five and a quarter
+    /// times its softness.
     #[inline(always)]
     fn of(run: &Run, blur2: &[f32; RUN], count: usize) -> Self {
         // Positive numbers compare as their bits do, and integers may be compared in any order.

@@ -46,9 +46,8 @@ use self::tables::{PixelTable, RayTable};
 use self::vectors::vectorised;
 use crate::exposure_parts;
 use crate::frame_geometry::FrameGeometry;
-use crate::light::FAN_MAX_DEG;
 use crate::optics::Optics;
-use crate::renderer::{ImageMut, MAX_LASERS, RenderError, Renderer, View};
+use crate::renderer::{ImageMut, RenderError, Renderer, View, check_parameters};
 use crate::scenery::Scenery;
 use crate::surface::Look;
 
@@ -72,8 +71,8 @@ pub struct CpuRenderer {
 }
 
 impl CpuRenderer {
-    /// A renderer of what `rig` sees of `network`, whose surfaces look as `looks` says (indexed by surface), on `threads` threads (at least one).
-    /// `seed` chooses all its random numbers.
+    /// A renderer of what `rig` sees of `network`, whose surfaces look as `looks` says (indexed by surface), on `threads` threads
+    /// (at least one). `seed` chooses all its random numbers.
     ///
     /// # Errors
     /// Whatever is wrong with rig, optics and looks; [`RenderError::Device`] when the threads cannot be started.
@@ -85,17 +84,7 @@ impl CpuRenderer {
         seed: u64,
         threads: usize,
     ) -> Result<Self, RenderError> {
-        rig.validate()?;
-        optics.validate()?;
-        if rig.lasers.len() > MAX_LASERS {
-            return Err(RenderError::TooManyLasers(rig.lasers.len()));
-        }
-        for laser in &rig.lasers {
-            let fan_deg = laser.fan_rad.to_degrees();
-            if !(fan_deg > 0.0 && fan_deg <= FAN_MAX_DEG) {
-                return Err(RenderError::Fan { laser: laser.name.clone(), fan_deg });
-            }
-        }
+        check_parameters(rig, optics)?;
         let scenery = Scenery::new(network, looks)?;
         let geometry = FrameGeometry::new(rig, optics)?;
         let (width, height) = (rig.camera.width_px, rig.camera.height_px);
@@ -133,9 +122,7 @@ impl CpuRenderer {
     fn look(&mut self, view: &View) -> Result<usize, RenderError> {
         let lens = &self.optics.lens;
         let whole = exposure_parts::whole(view, lens);
-        if !self.pictures[0].geometry.build(&self.scenery, &whole, &view.laser_power) {
-            return Err(view.outside_network());
-        }
+        self.pictures[0].geometry.build(&self.scenery, &whole, &view.laser_power)?;
         let parts = exposure_parts::parts(view, lens, &self.pictures[0].geometry);
         let count = parts.len();
         if count > 1 {
@@ -143,9 +130,7 @@ impl CpuRenderer {
                 if index == self.pictures.len() {
                     self.pictures.push(Picture::new(FrameGeometry::new(&self.rig, &self.optics)?));
                 }
-                if !self.pictures[index].geometry.build(&self.scenery, &sweep, &view.laser_power) {
-                    return Err(view.outside_network());
-                }
+                self.pictures[index].geometry.build(&self.scenery, &sweep, &view.laser_power)?;
             }
         }
         for picture in &mut self.pictures[..count] {

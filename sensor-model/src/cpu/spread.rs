@@ -1,7 +1,7 @@
 //! The point spread of what the strips do not blur themselves: a separable filter, only where regions meet.
 //!
-//! Within a region the smooth light bends so little that the filter would not change it by a hundredth of a grey value; so it is applied to tiles
-//! that an edge between regions comes near, and to surfaces with a sharp reflection of the headlamp.
+//! Within a region the smooth light bends so little that the filter would not change it by a hundredth of a grey value; so it is
+//! applied to tiles that an edge between regions comes near, and to surfaces with a sharp reflection of the headlamp.
 //!
 //! Out of focus, every block of 16 pixels is spread as its middle pixel's depth asks for. A spread of more than
 //! [`SIGMA_MAX_PX`] is cut to it: what is that blurred keeps its light but looks sharper than it should.
@@ -127,8 +127,8 @@ pub(super) fn mark<'a>(
     }
 }
 
-/// Filters a tile in which all pixels have the same weights. `raw` holds `count + 2 radius` rows of `stride` values, the first `radius` rows above the tile;
-/// `column` is the tile's first. The result goes to `out`, rows of [`TILE`] values.
+/// Filters a tile in which all pixels have the same weights. `raw` holds `count + 2 radius` rows of `stride` values, the first
+/// `radius` rows above the tile; `column` is the tile's first. The result goes to `out`, rows of [`TILE`] values.
 #[inline(always)]
 pub(super) fn filter_uniform(
     spread: &Spread,

@@ -8,7 +8,8 @@
 //! interpolation between the glow's nodes is right to [`SMOOTH_DN`], it goes there: cut in two by an edge across it which the roughness
 //! softens like its other edges, so that the two parts add up.
 //!
-//! Left out: light that is mirrored twice, so that of a sheet's own reflectance a ghost has the matt part only; mirrors that are bodies' faces; for what goes to the glow, shadows of bodies.
+//! Left out: light that is mirrored twice, so that of a sheet's own reflectance a ghost has the matt part only; mirrors that are
+//! bodies' faces; for what goes to the glow, shadows of bodies.
 
 use nalgebra::{Point3, Vector2, Vector3};
 
@@ -248,8 +249,8 @@ impl FrameGeometry {
         doubled.abs() / 2.0 * self.blur.focal_px * self.blur.focal_px
     }
 
-    /// Makes of a draft a strip, an entry of the wide ghosts, or both. `lit` is what the laser lights directly, `sighting` what is seen from the
-    /// mirrored point.
+    /// Makes of a draft a strip, an entry of the wide ghosts, or both. `lit` is what the laser lights directly, `sighting` what
+    /// is seen from the mirrored point.
     fn finish(&mut self, frame: &Frame, draft: Draft, ghosts: &mut Ghosts, lit: &Sighting, sighting: &Sighting) {
         let Some(middle) = Middle::new(&draft.strip, &self.points, &draft.laser) else { return };
         let soft = match draft.strip.mirror.map(|mirror| mirror.way) {

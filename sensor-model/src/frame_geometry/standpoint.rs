@@ -14,15 +14,27 @@ pub const CLEAR_M: f64 = 2e-3;
 /// What rounding may take from a distance, in metres: as much as makes a point belong to a cell.
 const ROUNDING_M: f64 = 1e-9;
 
-/// The cell of a camera at this point (world), looked for from `near`. `None` outside the network, inside a body, and less than
-/// [`CLEAR_M`] from the metal of a wall or a body. Portals are no walls.
-pub fn clear_cell(scenery: &Scenery, centre: &Point3<f64>, near: CellId) -> Option<CellId> {
-    let cell = scenery.cell_at(centre, near)?;
+/// Why a camera cannot be at a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Obstacle {
+    /// It is outside the duct.
+    Outside,
+    /// It is less than [`CLEAR_M`] from the metal of a wall or of a body, or inside a body.
+    Metal,
+}
+
+/// The cell of a camera at this point (world), looked for from `near`.
+///
+/// # Errors
+/// Outside the network, inside a body, and less than [`CLEAR_M`] from metal. Portals are no walls.
+pub fn clear_cell(scenery: &Scenery, centre: &Point3<f64>, near: CellId) -> Result<CellId, Obstacle> {
+    let cell = scenery.cell_at(centre, near).ok_or(Obstacle::Outside)?;
     let room = &scenery.rooms[cell];
     // What borders an opening may be a wall of the cell beyond.
     let mut beyond = room.openings.iter().filter(|opening| is_near(&opening.plane, &opening.outline, centre));
-    (is_clear(scenery, room, centre) && beyond.all(|opening| is_clear(scenery, &scenery.rooms[opening.beyond], centre)))
-        .then_some(cell)
+    let is_free =
+        is_clear(scenery, room, centre) && beyond.all(|opening| is_clear(scenery, &scenery.rooms[opening.beyond], centre));
+    if is_free { Ok(cell) } else { Err(Obstacle::Metal) }
 }
 
 /// Whether a room's metal leaves the camera free.

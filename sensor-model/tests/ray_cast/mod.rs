@@ -35,7 +35,7 @@ impl View<'_> {
         let mut geometry = FrameGeometry::new(self.rig, self.optics).expect("a sound lens");
         let mut power = [0.0; MAX_LASERS];
         power[laser] = 1.0;
-        assert!(geometry.build(&scenery, &Sweep::still(self.world_from_camera), &power), "the camera is in the duct");
+        geometry.build(&scenery, &Sweep::still(self.world_from_camera), &power).expect("the camera is in the duct");
         geometry
     }
 

@@ -3,7 +3,7 @@
 
 use ductloop_duct::network::Network;
 use ductloop_nav::rig::{Rig, RigError};
-use ductloop_sensor::frame_geometry::{CLEAR_M, clear_cell};
+use ductloop_sensor::frame_geometry::{CLEAR_M, Obstacle, clear_cell};
 use ductloop_sensor::lens::Projection;
 use ductloop_sensor::optics::FanProfile;
 use ductloop_sensor::renderer::MAX_LASERS;
@@ -158,12 +158,10 @@ impl Cross<'_> {
         // The mount's axes meet in the camera's centre: where they point makes no difference.
         let camera_in_base = scenario.rig.mount.position_in_base_m;
         let camera = scenario.world_from_start(network) * camera_in_base;
-        if clear_cell(&scenery, &camera, 0).is_some() {
-            return;
-        }
-        let place = match scenery.cell_at(&camera, 0) {
-            Some(_) => format!("nearer than {} mm to metal", CLEAR_M * 1e3),
-            None => "outside the duct".to_owned(),
+        let place = match clear_cell(&scenery, &camera, 0) {
+            Ok(_) => return,
+            Err(Obstacle::Metal) => format!("in the duct but nearer than {} mm to metal", CLEAR_M * 1e3),
+            Err(Obstacle::Outside) => "outside the duct".to_owned(),
         };
         // As in a straight: across it a point of the base frame is at lateral + x sin + y cos.
         let (sin, cos) = (libm::sin(scenario.start.heading_rad), libm::cos(scenario.start.heading_rad));
