@@ -191,8 +191,8 @@ impl Borders {
     }
 }
 
-/// Whether a region's edge shows nothing: beyond it the same surface goes on in the same plane. A seam that runs along it is blurred on both
-/// sides alike.
+/// Whether a region's edge shows nothing: beyond it the same surface goes on in the same plane. A seam that runs along it is blurred
+/// on both sides alike.
 fn is_invisible(geometry: &FrameGeometry, region: &Region, a: &Point3<f64>, b: &Point3<f64>) -> bool {
     /// Distance up to which two planes, or a point and an edge, are one, in metres.
     const SAME_M: f64 = 1e-7;

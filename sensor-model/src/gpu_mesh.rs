@@ -20,8 +20,8 @@ pub(crate) struct Vertex {
 /// what devices round corners to (1/256) and what edges may be bent together. What is behind what is decided by depth.
 const EXPANSION_PX: f64 = 1.0 / 128.0;
 
-/// How far the bent image of a straight edge may be from the edge that is drawn, in pixels: within a polygon, and on its outline. Within, it
-/// shows only where a polygon is thinner than that.
+/// How far the bent image of a straight edge may be from the edge that is drawn, in pixels: within a polygon, and on its outline.
+/// Within, it shows only where a polygon is thinner than that.
 const BEND_MAX_PX: [f64; 2] = [0.5, 0.01];
 
 /// Most times that a triangle is divided: a pixel of an image of 8192.

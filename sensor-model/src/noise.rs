@@ -182,8 +182,8 @@ pub fn spangle_node(i: i32, j: i32, sheet_bits: u32) -> i32 {
 /// Standard deviation of the sum of four bytes: 2 sqrt((256^2 - 1) / 12).
 pub const SPANGLE_STEP: f64 = 147.800_541_270_997_2;
 
-/// Mean square of the spangle noise's derivative along s or t. Between two nodes the noise is cos(theta) a + sin(theta) b with tan(theta) = q /
-/// (1 - q), q = 3 p^2 - 2 p^3; this is the mean of (d theta / d p)^2.
+/// Mean square of the spangle noise's derivative along s or t. Between two nodes the noise is cos(theta) a + sin(theta) b with
+/// tan(theta) = q / (1 - q), q = 3 p^2 - 2 p^3; this is the mean of (d theta / d p)^2.
 pub const SPANGLE_SLOPE2: f64 = 3.372_178;
 
 #[cfg(test)]

@@ -1,4 +1,5 @@
-//! Spangles and seams as lens, pixel and motion leave them: against sums over many rays, and over many frames of a camera that stands still.
+//! Spangles and seams as lens, pixel and motion leave them: against sums over many rays, and over many frames of a camera that stands
+//! still.
 
 mod common;
 

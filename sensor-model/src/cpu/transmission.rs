@@ -10,8 +10,8 @@ use crate::noise::{SPANGLE_SLOPE2, SPANGLE_STEP, spangle_node};
 use crate::strip::BOX_PX2;
 use crate::vector_math::{clamp, exp, floor, max, phi};
 
-/// A shorter way, in pixels, is taken as this one, so that nothing is divided by 0; what it adds to the variance, at most 0.02 px^2, is taken
-/// from the pixel's own.
+/// A shorter way, in pixels, is taken as this one, so that nothing is divided by 0; what it adds to the variance, at most 0.02 px^2,
+/// is taken from the pixel's own.
 const WAY_MIN_PX: f32 = 0.5;
 
 /// Distance of Gauss' two places from the middle of a part, 1 / (2 sqrt 3) of it.
@@ -60,8 +60,8 @@ pub(super) fn seam<const BENT: bool>(surface: &Surface, seam: &Seam, lens: &Lens
     }
 }
 
-/// What a gap of half width `h` takes at the distance `a` from its middle, blurred with the variance `blur2` and along `way`: the difference of
-/// Phi, averaged over the way. The integral of Phi is z Phi(z) + phi(z).
+/// What a gap of half width `h` takes at the distance `a` from its middle, blurred with the variance `blur2` and along `way`: the
+/// difference of Phi, averaged over the way. The integral of Phi is z Phi(z) + phi(z).
 #[inline(always)]
 fn smeared(a: f32, h: f32, way: f32, blur2: f32) -> f32 {
     let blur = blur2.sqrt();

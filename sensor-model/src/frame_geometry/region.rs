@@ -54,8 +54,8 @@ pub struct Texture {
     pub sweep: [Vector3<f64>; 2],
     /// What is added to n.
     pub turn: Vector3<f64>,
-    /// Pairs of places along a pixel's way over the sheet that stand for the whole of it, those of Gauss' rule in as many equal parts; 0 where
-    /// the middle alone does.
+    /// Pairs of places along a pixel's way over the sheet that stand for the whole of it, those of Gauss' rule in as many equal
+    /// parts; 0 where the middle alone does.
     pub pairs: u32,
 }
 
@@ -81,7 +81,8 @@ impl Texture {
 
     /// Of a piece of a sheet with this plane and outline in the camera's frame.
     pub(super) fn of(sheet: &Sheet, look: &Look, plane: &Plane, outline: &[Point3<f64>], frame: &Frame) -> Option<Self> {
-        /// A way, in spangles, that changes nothing: the noise's second derivative is some 10, and 10 * 0.1^2 / 24 of a contrast of 0.15 is 6e-4.
+        /// A way, in spangles, that changes nothing: the noise's second derivative is some 10, and 10 * 0.1^2 / 24 of a contrast of
+        /// 0.15 is 6e-4.
         const STILL: f64 = 0.1;
         if look.spangle == 0.0 {
             return None;

@@ -100,7 +100,8 @@ impl View<'_> {
             return 0.0;
         }
         let met = self.light(&source, &Unit::new_normalize(way));
-        if met.is_some_and(|met| (met.point - hit.point).norm() > 1e-5) {
+        // What is behind the point, where light passes through bodies, shades nothing.
+        if met.is_some_and(|met| (met.point - source).norm() < distance_m - 1e-5) {
             return 0.0;
         }
         self.strength() / (distance_m * sigma_m * FWHM_PER_SIGMA)
