@@ -194,15 +194,10 @@ impl Borders {
 /// Whether a region's edge shows nothing: beyond it the same surface goes on in the same plane. A seam that runs along it is blurred
 /// on both sides alike.
 fn is_invisible(geometry: &FrameGeometry, region: &Region, a: &Point3<f64>, b: &Point3<f64>) -> bool {
-    /// Distance up to which two planes, or a point and an edge, are one, in metres.
+    /// Distance up to which a point is on an edge, in metres.
     const SAME_M: f64 = 1e-7;
     let middle = nalgebra::center(a, b);
-    let goes_on = |other: &Region| {
-        std::ptr::from_ref(other) != std::ptr::from_ref(region)
-            && other.surface == region.surface
-            && (other.plane.offset_m - region.plane.offset_m).abs() < SAME_M
-            && (other.plane.normal.into_inner() - region.plane.normal.into_inner()).norm() < SAME_M
-    };
+    let goes_on = |other: &Region| std::ptr::from_ref(other) != std::ptr::from_ref(region) && other.goes_on_in(region);
     let touches = |other: &Region| {
         let corners = &geometry.corners[other.outline.clone()];
         corners.iter().enumerate().any(|(i, c)| {

@@ -6,9 +6,10 @@ use std::ops::Range;
 
 use crate::frame_geometry::{FrameGeometry, inverse_depth};
 use crate::gpu_blocks::{Bases, RegionBlock, SeamBlock, StripBlock, four};
-use crate::gpu_mesh::Mesh;
+use crate::gpu_mesh::{Mesh, PointVertex};
 use crate::gpu_tiles::Tiles;
 use crate::renderer::MAX_LASERS;
+use crate::soft_edges::SoftEdges;
 use crate::surface::Look;
 
 /// A frame's buffers before they are sent. Kept from frame to frame for their memory.
@@ -28,8 +29,10 @@ pub(crate) struct FrameData {
     pub(crate) edges: Vec<[f32; 4]>,
     /// First edge and number of edges.
     pub(crate) holes: Vec<[u32; 2]>,
-    /// Which corners of `sheets` are each part's.
-    pub(crate) parts: Vec<Range<u32>>,
+    /// Pixels that edges cross, of all parts.
+    pub(crate) soft: Vec<PointVertex>,
+    /// Which corners of `sheets` and which of `soft` are each part's.
+    pub(crate) parts: Vec<[Range<u32>; 2]>,
     /// Where there are edges between regions.
     pub(crate) tiles: Tiles,
 }
@@ -46,6 +49,7 @@ impl FrameData {
             glow: Vec::new(),
             edges: Vec::new(),
             holes: Vec::new(),
+            soft: Vec::new(),
             parts: Vec::new(),
             tiles,
         }
@@ -61,12 +65,13 @@ impl FrameData {
         self.glow.clear();
         self.edges.clear();
         self.holes.clear();
+        self.soft.clear();
         self.parts.clear();
         self.tiles.clear();
     }
 
     /// Adds a part of the exposure; `looks` is indexed by surface, `strengths` are the lasers', in DN m^2, and are the part's share.
-    pub(crate) fn add_part(&mut self, geometry: &FrameGeometry, looks: &[Look], strengths: &[f64; MAX_LASERS]) {
+    pub(crate) fn add_part(&mut self, geometry: &FrameGeometry, soft: &SoftEdges, looks: &[Look], strengths: &[f64; MAX_LASERS]) {
         let bases = Bases { seams: self.seams.len(), glow: self.glow.len(), edges: self.edges.len(), holes: self.holes.len() };
         self.seams.extend(geometry.seams.iter().map(SeamBlock::of));
         self.glow.extend_from_slice(&geometry.glow);
@@ -94,7 +99,11 @@ impl FrameData {
                 self.tiles.mark(corners, projection);
             }
         }
-        self.parts.push(first..self.sheets.vertices.len() as u32);
+        let first_soft = self.soft.len() as u32;
+        for (row, pixels) in soft.rows() {
+            self.soft.extend(pixels.iter().map(|p| PointVertex { pixel: [p.column as f32, row as f32], light_dn: p.light_dn }));
+        }
+        self.parts.push([first..self.sheets.vertices.len() as u32, first_soft..self.soft.len() as u32]);
 
         for strip in &geometry.strips {
             let mesh = if strip.mirror.is_some() { &mut self.ghosts } else { &mut self.strips };

@@ -27,6 +27,7 @@ pub(crate) struct LightStage {
     sheets: wgpu::RenderPipeline,
     strips: wgpu::RenderPipeline,
     ghosts: wgpu::RenderPipeline,
+    soft_edges: wgpu::RenderPipeline,
     add: wgpu::RenderPipeline,
     effects: Effects,
     layout: wgpu::BindGroupLayout,
@@ -37,6 +38,7 @@ pub(crate) struct LightStage {
     camera: CameraBlock,
     camera_buffer: wgpu::Buffer,
     vertices: [FrameBuffer; 3],
+    soft: FrameBuffer,
     regions: FrameBuffer,
     seams: FrameBuffer,
     glow: FrameBuffer,
@@ -90,11 +92,13 @@ impl LightStage {
             sheets: pipelines.sheets(),
             strips: pipelines.strips(false),
             ghosts: pipelines.strips(true),
+            soft_edges: pipelines.soft_edges(),
             add: pipelines.add(&add_layout),
             effects,
             depth: view(&texture(device, "depth", size_px, DEPTH_FORMAT, read)),
             camera: CameraBlock::new(projection, blur, size_px, margin_px),
             vertices: [corners("sheets"), corners("strips"), corners("ghosts")],
+            soft: corners("soft edges"),
             sheet_group: drawing_group(device, &layout, &camera_buffer, &rays, [&regions, &seams, &glow]),
             strip_group: drawing_group(device, &layout, &camera_buffer, &rays, [&strip_blocks, &edges, &holes]),
             add_group: group(
@@ -133,6 +137,7 @@ impl LightStage {
         for (buffer, mesh) in self.vertices.iter_mut().zip([&frame.sheets, &frame.strips, &frame.ghosts]) {
             buffer.write(device, queue, &mesh.vertices);
         }
+        self.soft.write(device, queue, &frame.soft);
         let moved = [
             self.regions.write(device, queue, &frame.region_blocks),
             self.seams.write(device, queue, &frame.seams),
@@ -204,11 +209,16 @@ impl LightStage {
         })
     }
 
-    fn draw_sheets(&self, pass: &mut wgpu::RenderPass<'_>, corners: &std::ops::Range<u32>) {
+    fn draw_sheets(&self, pass: &mut wgpu::RenderPass<'_>, [corners, soft]: &[std::ops::Range<u32>; 2]) {
         pass.set_pipeline(&self.sheets);
         pass.set_bind_group(0, &self.sheet_group, &[]);
         pass.set_vertex_buffer(0, self.vertices[0].buffer.slice(..));
         pass.draw(corners.clone(), 0..1);
+        if !soft.is_empty() {
+            pass.set_pipeline(&self.soft_edges);
+            pass.set_vertex_buffer(0, self.soft.buffer.slice(..));
+            pass.draw(soft.clone(), 0..1);
+        }
     }
 
     fn draw_strips(&self, pass: &mut wgpu::RenderPass<'_>, frame: &FrameData) {

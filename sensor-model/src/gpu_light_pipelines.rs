@@ -1,7 +1,7 @@
 //! The pipelines that draw light, compiled for what there is of the model's effects.
 
 use crate::gpu_buffers::{flag, pipeline_layout, shader};
-use crate::gpu_mesh::Vertex;
+use crate::gpu_mesh::{PointVertex, Vertex};
 use crate::lens::Projection;
 use crate::light::PSF_RADIUS;
 use crate::optics::Optics;
@@ -54,6 +54,23 @@ pub(crate) struct LightPipelines<'a> {
     pub(crate) effects: Effects,
 }
 
+/// What a pipeline runs, and on what.
+struct Entries<'a> {
+    vertex: &'a str,
+    fragment: &'a str,
+    vertices: Vertices,
+}
+
+/// What is drawn.
+enum Vertices {
+    /// Corners of triangles, [`Vertex`].
+    Triangles,
+    /// Pixels, [`PointVertex`].
+    Points,
+    /// A triangle that covers the image and knows its own corners.
+    None,
+}
+
 /// Light adds up.
 const ADDED: wgpu::BlendState = {
     let component = wgpu::BlendComponent {
@@ -76,7 +93,16 @@ impl LightPipelines<'_> {
             (false, true) => "bent_patterned_sheet",
         };
         let depth = depth_state(wgpu::CompareFunction::Greater, true);
-        self.pipeline(&module, ["sheet_corner", fragment], &constants, self.layout, Some(depth), &self.targets(None, true))
+        let entries = Entries { vertex: "sheet_corner", fragment, vertices: Vertices::Triangles };
+        self.pipeline(&module, entries, &constants, self.layout, Some(depth), &self.targets(None, true))
+    }
+
+    pub(crate) fn soft_edges(&self) -> wgpu::RenderPipeline {
+        let module =
+            shader(self.device, "edges", &[include_str!("../shaders/camera.wgsl"), include_str!("../shaders/soft_edge.wgsl")]);
+        let depth = depth_state(wgpu::CompareFunction::Always, false);
+        let entries = Entries { vertex: "soft_point", fragment: "soft_pixel", vertices: Vertices::Points };
+        self.pipeline(&module, entries, &[], self.layout, Some(depth), &self.targets(Some(ADDED), false))
     }
 
     pub(crate) fn strips(&self, mirrored: bool) -> wgpu::RenderPipeline {
@@ -85,13 +111,15 @@ impl LightPipelines<'_> {
         let constants = [self.common().as_slice(), &[("MIRRORED", flag(mirrored))]].concat();
         let depth = depth_state(wgpu::CompareFunction::Always, false);
         let targets = self.targets(Some(ADDED), false);
-        self.pipeline(&module, ["strip_corner", "strip"], &constants, self.layout, Some(depth), &targets)
+        let entries = Entries { vertex: "strip_corner", fragment: "strip", vertices: Vertices::Triangles };
+        self.pipeline(&module, entries, &constants, self.layout, Some(depth), &targets)
     }
 
     pub(crate) fn add(&self, layout: &wgpu::BindGroupLayout) -> wgpu::RenderPipeline {
         let module = shader(self.device, "add", &[include_str!("../shaders/add.wgsl")]);
         let fragment = if self.effects.patterned { "add_patterned" } else { "add" };
-        self.pipeline(&module, ["everywhere", fragment], &[], layout, None, &self.targets(Some(ADDED), true))
+        let entries = Entries { vertex: "everywhere", fragment, vertices: Vertices::None };
+        self.pipeline(&module, entries, &[], layout, None, &self.targets(Some(ADDED), true))
     }
 
     fn common(&self) -> [(&'static str, f64); 3] {
@@ -116,18 +144,25 @@ impl LightPipelines<'_> {
     fn pipeline(
         &self,
         module: &wgpu::ShaderModule,
-        [vertex, fragment]: [&str; 2],
+        entries: Entries<'_>,
         constants: &[(&str, f64)],
         layout: &wgpu::BindGroupLayout,
         depth_stencil: Option<wgpu::DepthStencilState>,
         targets: &[Option<wgpu::ColorTargetState>],
     ) -> wgpu::RenderPipeline {
+        let Entries { vertex, fragment, vertices } = entries;
         let attributes = wgpu::vertex_attr_array![0 => Float32x2, 1 => Float32, 2 => Uint32];
-        let corners = [Some(wgpu::VertexBufferLayout {
-            array_stride: size_of::<Vertex>() as u64,
-            step_mode: wgpu::VertexStepMode::Vertex,
-            attributes: &attributes,
-        })];
+        let (bytes, attributes) = match vertices {
+            Vertices::Triangles => (size_of::<Vertex>(), &attributes[..]),
+            Vertices::Points => (size_of::<PointVertex>(), &attributes[..2]),
+            Vertices::None => (0, &[][..]),
+        };
+        let step_mode = wgpu::VertexStepMode::Vertex;
+        let buffers = [Some(wgpu::VertexBufferLayout { array_stride: bytes as u64, step_mode, attributes })];
+        let topology = match vertices {
+            Vertices::Points => wgpu::PrimitiveTopology::PointList,
+            _ => wgpu::PrimitiveTopology::TriangleList,
+        };
         let options = wgpu::PipelineCompilationOptions { constants, ..wgpu::PipelineCompilationOptions::default() };
         self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(fragment),
@@ -136,10 +171,9 @@ impl LightPipelines<'_> {
                 module,
                 entry_point: Some(vertex),
                 compilation_options: options.clone(),
-                // What covers the image has no corners but its own.
-                buffers: if depth_stencil.is_some() { &corners } else { &[] },
+                buffers: if bytes > 0 { &buffers } else { &[] },
             },
-            primitive: wgpu::PrimitiveState::default(),
+            primitive: wgpu::PrimitiveState { topology, ..wgpu::PrimitiveState::default() },
             depth_stencil,
             multisample: wgpu::MultisampleState::default(),
             fragment: Some(wgpu::FragmentState { module, entry_point: Some(fragment), compilation_options: options, targets }),

@@ -16,6 +16,14 @@ pub(crate) struct Vertex {
     pub(crate) item: u32,
 }
 
+/// `SoftPixel` of `soft_edge.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct PointVertex {
+    pub(crate) pixel: [f32; 2],
+    pub(crate) light_dn: f32,
+}
+
 /// How much larger than they are polygons are drawn, in pixels, so that no pixel falls between neighbours: twice this is more than
 /// what devices round corners to (1/256) and what edges may be bent together. What is behind what is decided by depth.
 const EXPANSION_PX: f64 = 1.0 / 128.0;

@@ -7,6 +7,7 @@
 //! - [`beam`]: which parts of which sheets a point (the camera, a laser's source) sees, by following openings;
 //! - [`frame_geometry`]: what a frame shows, as polygons: regions of sheets, and [`strip`]s of light on them, for each of the
 //!   [`exposure_parts`];
+//! - `soft_edges`: pixels that an edge between regions crosses, by area;
 //! - [`noise`]: the counter-based random numbers of the CCD and of speckle;
 //! - [`renderer`]: what a renderer is given and gives, whichever engine it runs on;
 //! - [`CpuRenderer`]: the engine in plain Rust, the same to the bit everywhere; [`vector_math`]: its elementary functions;
@@ -34,6 +35,7 @@ mod passage;
 pub mod renderer;
 pub mod scenery;
 pub mod silhouette;
+mod soft_edges;
 pub mod strip;
 pub mod surface;
 pub mod truth;

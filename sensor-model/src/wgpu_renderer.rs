@@ -3,6 +3,8 @@
 use ductloop_duct::network::Network;
 use ductloop_nav::rig::Rig;
 
+use crate::cpu::raster::Raster;
+use crate::cpu::tables::RayTable;
 use crate::exposure_parts::{parts, whole};
 use crate::frame_geometry::FrameGeometry;
 use crate::gpu::{FRAME_TIMEOUT, Gpu};
@@ -16,8 +18,9 @@ use crate::gpu_light_pipelines::Effects;
 use crate::gpu_tiles::Tiles;
 use crate::light::{headlamp_strength, laser_strength};
 use crate::optics::Optics;
-use crate::renderer::{ImageMut, RenderError, Renderer, View, check_parameters};
+use crate::renderer::{ImageMut, MAX_LASERS, RenderError, Renderer, View, check_parameters};
 use crate::scenery::Scenery;
+use crate::soft_edges::SoftEdges;
 use crate::surface::Look;
 
 /// Renders on a graphics device, or on a software one such as lavapipe.
@@ -29,6 +32,9 @@ pub struct WgpuRenderer {
     scenery: Scenery,
     geometry: FrameGeometry,
     frame: FrameData,
+    rays: RayTable,
+    raster: Raster,
+    soft: SoftEdges,
     optics: Optics,
     /// DN m^2 at nominal exposure and power.
     laser_strength: f64,
@@ -64,7 +70,11 @@ impl WgpuRenderer {
         let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         let read_back = create(device, "read back", usage, bytes as u64);
         gpu.check()?;
+        let rays = RayTable::new(projection, effects.margin_px());
         Ok(Self {
+            rays,
+            raster: Raster::default(),
+            soft: SoftEdges::default(),
             gpu: gpu.clone(),
             scenery,
             geometry,
@@ -91,11 +101,11 @@ impl WgpuRenderer {
         let strengths = view.laser_power.map(|power| self.laser_strength * power * exposure);
         self.frame.clear();
         if sweeps.len() == 1 {
-            self.frame.add_part(&self.geometry, &self.scenery.looks, &strengths);
+            self.add_part(view, &strengths);
         } else {
             for sweep in sweeps {
                 self.geometry.build(&self.scenery, &sweep, &view.laser_power)?;
-                self.frame.add_part(&self.geometry, &self.scenery.looks, &strengths);
+                self.add_part(view, &strengths);
             }
         }
         let lamps = Lamps {
@@ -113,6 +123,14 @@ impl WgpuRenderer {
         }
         self.ccd.upload(queue, view, &self.frame.tiles, self.stamp);
         Ok(())
+    }
+
+    /// Adds the part of the exposure that the geometry shows.
+    fn add_part(&mut self, view: &View, strengths: &[f64; MAX_LASERS]) {
+        let Self { geometry, scenery, rays, raster, soft, optics, .. } = self;
+        raster.build(geometry, rays);
+        soft.build(geometry, raster, rays, &scenery.looks, optics, view);
+        self.frame.add_part(geometry, soft, &scenery.looks, strengths);
     }
 
     /// The frame's one submission: draw the light, expose it, copy the image to where it can be mapped.

@@ -28,6 +28,8 @@ struct Model<'a> {
     view: &'a View,
     /// Smooth light before the lens of pixels already asked for.
     known: BTreeMap<[i64; 2], f64>,
+    /// What the pixels already asked for see.
+    numbers: BTreeMap<[i64; 2], usize>,
 }
 
 /// The mean of `f` over an even motion of this length about 0.
@@ -72,17 +74,50 @@ impl Model<'_> {
         }
     }
 
-    /// Light without stripes, before the lens.
+    /// The number of what a pixel's middle sees; grilles come behind the regions.
+    fn number(&mut self, pixel: [i64; 2]) -> usize {
+        if let Some(number) = self.numbers.get(&pixel) {
+            return *number;
+        }
+        let ray = self.ray(pixel.map(|p| p as f64));
+        let regions = &self.geometry.regions;
+        let number = match self.seen(&ray) {
+            Seen::Region(region) => regions.iter().position(|other| std::ptr::eq(other, region)).expect("one of them"),
+            Seen::Grille(outline) => {
+                regions.len() + self.geometry.grilles.iter().position(|other| other == outline).expect("one of them")
+            }
+            Seen::Nothing => usize::MAX,
+        };
+        self.numbers.insert(pixel, number);
+        number
+    }
+
+    /// Light without stripes, before the lens: of all that falls on a pixel's square.
     fn smooth(&mut self, pixel: [i64; 2]) -> f64 {
         if let Some(light) = self.known.get(&pixel) {
             return *light;
         }
+        let [u, v] = pixel;
+        let own = self.number(pixel);
+        let about = [[u - 1, v], [u + 1, v], [u, v - 1], [u, v + 1]];
+        let light = if about.into_iter().all(|pixel| self.number(pixel) == own) {
+            self.light_of(own, pixel)
+        } else {
+            let shares = common::areas::shares(self.geometry, pixel.map(|p| p as f64));
+            shares.into_iter().map(|(number, share)| share * self.light_of(number, pixel)).sum()
+        };
+        self.known.insert(pixel, light);
+        light
+    }
+
+    /// Light at a pixel of what has this number.
+    fn light_of(&self, number: usize, pixel: [i64; 2]) -> f64 {
         let ray = self.ray(pixel.map(|p| p as f64));
         let falloff = self.geometry.blur().falloff(&ray);
-        let light = match self.seen(&ray) {
-            Seen::Nothing => 0.0,
-            Seen::Grille(_) => self.optics.ambient_dn * falloff,
-            Seen::Region(region) => {
+        match self.geometry.regions.get(number) {
+            None if number == usize::MAX => 0.0,
+            None => self.optics.ambient_dn * falloff,
+            Some(region) => {
                 let look = &self.scenery.looks[usize::from(region.surface.0)];
                 let length = ray.norm();
                 let facing = region.plane.normal.dot(&ray);
@@ -92,9 +127,7 @@ impl Model<'_> {
                 let lamp = lamp * c / (distance * distance) * look.reflectance(c, c, c, 1.0);
                 lamp * falloff + self.glow(region, pixel)
             }
-        };
-        self.known.insert(pixel, light);
-        light
+        }
     }
 
     fn glow(&self, region: &Region, pixel: [i64; 2]) -> f64 {
@@ -244,13 +277,14 @@ fn differences(scene: &Scene, bright: f64) -> (Vec<f64>, [usize; 2]) {
     let mut expected = vec![0.0; rows.len() * width];
     for sweep in &sweeps {
         geometry.build(&scenery, sweep, &view.laser_power).expect("the camera is in the duct");
-        let known = BTreeMap::new();
-        let mut model = Model { geometry: &geometry, scenery: &scenery, optics: &optics, view: &view, known };
+        let (known, numbers) = (BTreeMap::new(), BTreeMap::new());
+        let mut model = Model { geometry: &geometry, scenery: &scenery, optics: &optics, view: &view, known, numbers };
         for (line, row) in expected.chunks_exact_mut(width).zip(&rows) {
             for (u, sum) in line.iter_mut().enumerate() {
                 *sum += model.light(u, *row) / sweeps.len() as f64;
             }
             model.known.retain(|[_, v], _| *v + 14 > *row as i64);
+            model.numbers.retain(|[_, v], _| *v + 15 > *row as i64);
         }
     }
     let mut found: Vec<(f64, [usize; 2])> = Vec::new();
@@ -279,6 +313,10 @@ const GHOST_CUT_DN: f64 = 0.6;
 /// wall recedes by a tenth over a block, that is this much.
 const BLOCK_DN: f64 = 0.5;
 
+/// Where three regions meet in a pixel, the renderers take each edge as if the others were not there (`soft_edges.rs`): at the foot of a box,
+/// and in the corners of walls, which are less apart in brightness.
+const CORNER_DN: [f64; 2] = [0.6, 0.1];
+
 /// Holds 99 % of the pixels, and the worst one, against their bounds.
 fn check(scene: &Scene, bright: f64) {
     let (found, worst) = differences(scene, bright);
@@ -286,10 +324,12 @@ fn check(scene: &Scene, bright: f64) {
     let apart = found[found.len() - 1];
     println!("{}: 99 % {most:.4}, worst {apart:.4} DN at {worst:?}, exposed {bright} times", scene.name);
     let defocused = scene.optics.lens.aperture_m > 0.0 && scene.optics.ambient_dn > 0.0;
-    let bound = match (scene.optics.ghosts, defocused) {
-        (true, _) => GHOST_CUT_DN,
-        (false, true) => BLOCK_DN,
-        (false, false) => SINGLE_DN,
+    let has_bodies = scene.network.cells.iter().any(|cell| !cell.solids.is_empty());
+    let bound = match (scene.optics.ghosts, defocused, has_bodies) {
+        (true, ..) => GHOST_CUT_DN,
+        (false, true, _) => BLOCK_DN,
+        (false, false, true) => CORNER_DN[0],
+        (false, false, false) => CORNER_DN[1],
     };
     assert!(most < SINGLE_DN && apart < bound, "{}: {most} and {apart} DN at {worst:?}, exposed {bright} times", scene.name);
 }

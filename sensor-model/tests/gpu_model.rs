@@ -53,14 +53,27 @@ impl Model<'_> {
         found.map(|r| (r, r.plane.normal.dot(ray) / r.plane.offset_m)).max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Light without stripes, before the point spread.
-    fn smooth(&self, u: f64, v: f64, lamp: f64) -> f64 {
+    /// The number of what a ray meets; grilles come behind the regions, and then nothing.
+    fn number(&self, ray: &Vector3<f64>) -> usize {
+        let regions = &self.geometry.regions;
+        match self.region(ray) {
+            Some((region, _)) => regions.iter().position(|other| std::ptr::eq(other, region)).expect("one of them"),
+            None => {
+                let grille = self.geometry.grilles.iter().position(|grille| self.meets(grille, ray));
+                regions.len() + grille.unwrap_or(self.geometry.grilles.len())
+            }
+        }
+    }
+
+    /// Light at a pixel of what has this number, without stripes, before the point spread.
+    fn smooth(&self, number: usize, u: f64, v: f64, lamp: f64) -> f64 {
         let ray = self.pixel_ray(u, v).ray;
         let falloff = self.geometry.blur().falloff(&ray);
-        let Some((region, inverse_z)) = self.region(&ray) else {
-            let open = self.geometry.grilles.iter().any(|grille| self.meets(grille, &ray));
+        let Some(region) = self.geometry.regions.get(number) else {
+            let open = number < self.geometry.regions.len() + self.geometry.grilles.len();
             return if open { self.optics.ambient_dn * falloff } else { 0.0 };
         };
+        let inverse_z = region.plane.normal.dot(&ray) / region.plane.offset_m;
         let look = &self.scenery.looks[usize::from(region.surface.0)];
         let c = region.plane.normal.dot(&ray) / ray.norm();
         let inverse_m = inverse_z / ray.norm();
@@ -139,8 +152,20 @@ impl Model<'_> {
         let (width, height) = (camera.width_px, camera.height_px);
         let at = |index: usize| index as f64 - MARGIN as f64;
         let stride = width + 2 * MARGIN;
-        let before: Vec<f64> =
-            (0..stride * (height + 2 * MARGIN)).map(|i| self.smooth(at(i % stride), at(i / stride), lamp)).collect();
+        let places = 0..stride * (height + 2 * MARGIN);
+        let numbers: Vec<usize> =
+            places.clone().map(|i| self.number(&self.pixel_ray(at(i % stride), at(i / stride)).ray)).collect();
+        // A pixel has the light of all that falls on its square.
+        let collected = |i: usize| {
+            let (u, v) = (at(i % stride), at(i / stride));
+            let about = [i.wrapping_sub(1), i + 1, i.wrapping_sub(stride), i + stride];
+            if about.into_iter().all(|j| numbers.get(j).is_none_or(|number| *number == numbers[i])) {
+                return self.smooth(numbers[i], u, v, lamp);
+            }
+            let shares = common::areas::shares(&self.geometry, [u, v]);
+            shares.into_iter().map(|(number, share)| share * self.smooth(number, u, v, lamp)).sum()
+        };
+        let before: Vec<f64> = places.map(collected).collect();
         let taps = psf_taps(self.optics.lens.psf_sigma_px);
         let tap = |k: usize| taps[k.abs_diff(MARGIN)];
         let rows: Vec<f64> = (0..width * (height + 2 * MARGIN))

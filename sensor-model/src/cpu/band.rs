@@ -162,7 +162,8 @@ impl Workspace {
             let line = (row - rows.start as i32 + radius) as usize * model.rays.stride;
             let line = line..line + model.rays.stride;
             if rows.contains(&(row as usize)) && row >= 0 {
-                paint_row(model, picture, row as isize, -radius..width + radius, &mut self.smooth[line]);
+                paint_row(model, picture, row as isize, -radius..width + radius, &mut self.smooth[line.clone()]);
+                soften(picture, row as isize, &mut self.smooth[line]);
                 continue;
             }
             let mut tile = 0;
@@ -174,6 +175,8 @@ impl Workspace {
                 paint_row(model, picture, row as isize, columns, &mut self.smooth[line.clone()]);
                 tile = first + count;
             }
+            // Tiles that are not painted are not read.
+            soften(picture, row as isize, &mut self.smooth[line]);
         }
     }
 
@@ -286,6 +289,13 @@ fn inverse_depth(model: &Model, picture: &Picture, row: isize, column: isize) ->
     let [ax, ay, az] = picture.surface(spans[span].region).inverse_depth;
     let [x, y] = model.rays.ray(row, column);
     ax * x + ay * y + az
+}
+
+/// Adds what pixels that edges cross lack.
+fn soften(picture: &Picture, row: isize, out: &mut [f32]) {
+    for pixel in picture.soft.row(row) {
+        out[(pixel.column + LEFT as i32) as usize] += pixel.light_dn;
+    }
 }
 
 /// Smooth light of some columns of a row, and of what follows up to a whole block.

@@ -7,7 +7,8 @@
 //! A frame comes about in this order:
 //!
 //! - [`crate::exposure_parts`]: the parts of the exposure, one where nothing moves; of each a [`picture`]: geometry, [`raster`] (which
-//!   region each pixel sees), [`surfaces`], [`ridges`] (the strips) and their [`intervals`];
+//!   region each pixel sees), [`surfaces`], [`ridges`] (the strips) and their [`intervals`],
+//!   and the pixels that edges cross ([`crate::soft_edges`]);
 //! - bands of rows, on any thread ([`band`]): [`smooth`] light, its point [`spread`], the strips' light with their [`edges`],
 //!   [`transmission`] through seams and spangle, and mean electrons;
 //! - [`blooming`], where a pixel is full;
@@ -21,12 +22,12 @@ mod ccd;
 mod edges;
 mod intervals;
 mod picture;
-mod raster;
+pub(crate) mod raster;
 mod ridges;
 mod smooth;
 mod spread;
 mod surfaces;
-mod tables;
+pub(crate) mod tables;
 mod transmission;
 mod vectors;
 

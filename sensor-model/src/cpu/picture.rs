@@ -11,6 +11,7 @@ use crate::light::laser_strength;
 use crate::optics::Optics;
 use crate::renderer::View;
 use crate::scenery::Scenery;
+use crate::soft_edges::SoftEdges;
 
 /// A part of an exposure. Kept from frame to frame for its memory.
 #[derive(Debug)]
@@ -22,6 +23,8 @@ pub(super) struct Picture {
     pub(super) intervals: Intervals,
     /// The geometry's edges.
     pub(super) edges: Vec<Line>,
+    /// Pixels that edges between regions cross.
+    pub(super) soft: SoftEdges,
     surfaces: Vec<Surface>,
     nothing: Surface,
 }
@@ -34,6 +37,7 @@ impl Picture {
             ridges: Vec::new(),
             intervals: Intervals::default(),
             edges: Vec::new(),
+            soft: SoftEdges::default(),
             surfaces: Vec::new(),
             nothing: Surface::nothing(),
         }
@@ -43,6 +47,7 @@ impl Picture {
     pub(super) fn prepare(&mut self, scenery: &Scenery, optics: &Optics, view: &View, table: &RayTable) {
         let geometry = &self.geometry;
         self.raster.build(geometry, table);
+        self.soft.build(geometry, &self.raster, table, &scenery.looks, optics, view);
         surfaces::collect(geometry, scenery, optics, view, &mut self.surfaces);
         self.edges.clear();
         self.edges.extend(geometry.edges.iter().map(Line::new));

@@ -14,17 +14,17 @@ use crate::frame_geometry::FrameGeometry;
 
 /// A run of pixels in a row that see one region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Span {
+pub(crate) struct Span {
     /// First column.
-    pub(super) from: i32,
+    pub(crate) from: i32,
     /// One past the last.
-    pub(super) to: i32,
+    pub(crate) to: i32,
     /// The region, or [`DARK`]; from the number of regions on, grilles.
-    pub(super) region: u32,
+    pub(crate) region: u32,
 }
 
 /// The region of pixels that see nothing: an open end in a dark room.
-pub(super) const DARK: u32 = u32::MAX;
+pub(crate) const DARK: u32 = u32::MAX;
 
 /// How far beside a pixel's centre edges are compared with it, in pixels.
 const OFF_CENTRE_PX: f64 = 1.7e-5;
@@ -39,7 +39,7 @@ const PIECE: f64 = 0.02;
 
 /// The rows' spans. Kept from frame to frame for its memory.
 #[derive(Debug, Default)]
-pub(super) struct Raster {
+pub(crate) struct Raster {
     /// Spans of each row, from the first row of the margin on.
     rows: Vec<Vec<Span>>,
     margin: i32,
@@ -52,12 +52,12 @@ pub(super) struct Raster {
 
 impl Raster {
     /// The spans of a row of the image or its margin, which they fill.
-    pub(super) fn row(&self, row: isize) -> &[Span] {
+    pub(crate) fn row(&self, row: isize) -> &[Span] {
         &self.rows[(row + self.margin as isize) as usize]
     }
 
     /// Makes the spans of a frame.
-    pub(super) fn build(&mut self, geometry: &FrameGeometry, table: &RayTable) {
+    pub(crate) fn build(&mut self, geometry: &FrameGeometry, table: &RayTable) {
         self.margin = table.margin as i32;
         let rows = table.height + 2 * table.margin;
         self.rows.resize_with(rows, Vec::new);

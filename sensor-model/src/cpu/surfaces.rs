@@ -85,13 +85,7 @@ pub(super) fn collect(geometry: &FrameGeometry, scenery: &Scenery, optics: &Opti
         let axis = if normal.z.abs() < 0.8 { Vector3::z() } else { Vector3::x() };
         let first = square(axis).normalize();
         let roughness2 = look.roughness * look.roughness;
-        let same = |other: &crate::frame_geometry::Region| {
-            /// Planes whose offsets differ by less are one, in metres.
-            const SAME_M: f64 = 1e-7;
-            other.surface == region.surface
-                && (other.plane.offset_m - offset_m).abs() < SAME_M
-                && (other.plane.normal.into_inner() - normal).norm() < SAME_M
-        };
+        let same = |other: &crate::frame_geometry::Region| other.goes_on_in(region);
         let class = geometry.regions[..index].iter().position(same).unwrap_or(index);
         surfaces.push(Surface {
             inverse_depth: single(&(normal / offset_m)),

@@ -5,25 +5,25 @@ use crate::noise;
 use crate::optics::Optics;
 
 /// Columns that rows of tables and of light have to the left of the image.
-pub(super) const LEFT: usize = 16;
+pub(crate) const LEFT: usize = 16;
 
 /// Columns that they have beyond the image's right edge, at least.
 const RIGHT: usize = 64;
 
 /// Columns that a vectorised loop takes at a time: rows are filled up to whole blocks.
-pub(super) const BLOCK: usize = 16;
+pub(crate) const BLOCK: usize = 16;
 
 /// The rays of all pixels, and of those in a margin about the image that the point spread reaches.
 #[derive(Debug)]
-pub(super) struct RayTable {
+pub(crate) struct RayTable {
     /// Columns of the image.
-    pub(super) width: usize,
+    pub(crate) width: usize,
     /// Rows of the image.
-    pub(super) height: usize,
+    pub(crate) height: usize,
     /// Rows above and below the image, and columns beside it, that have rays.
-    pub(super) margin: usize,
+    pub(crate) margin: usize,
     /// Columns of the tables; image column u is at [`LEFT`] + u.
-    pub(super) stride: usize,
+    pub(crate) stride: usize,
     x: Vec<f32>,
     y: Vec<f32>,
     cosine: Vec<f32>,
@@ -41,19 +41,19 @@ enum Slopes {
 
 /// A row's rays. Slices have as many values as asked for.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Rays<'a> {
+pub(crate) struct Rays<'a> {
     /// x of each pixel's ray (x, y, 1).
-    pub(super) x: &'a [f32],
+    pub(crate) x: &'a [f32],
     /// y of each; with a pinhole a single one, for all.
-    pub(super) y: &'a [f32],
+    pub(crate) y: &'a [f32],
     /// 1 / |(x, y, 1)|.
-    pub(super) cosine: &'a [f32],
+    pub(crate) cosine: &'a [f32],
     /// Derivatives d x / d u, d x / d v, d y / d u, d y / d v of each; with a pinhole, single numbers.
-    pub(super) slopes: [&'a [f32]; 4],
+    pub(crate) slopes: [&'a [f32]; 4],
 }
 
 impl RayTable {
-    pub(super) fn new(projection: &Projection, margin: usize) -> Self {
+    pub(crate) fn new(projection: &Projection, margin: usize) -> Self {
         let (width, height) = (projection.camera.width_px, projection.camera.height_px);
         let stride = LEFT + width.next_multiple_of(BLOCK) + RIGHT;
         let bent = !projection.is_pinhole();
@@ -82,12 +82,12 @@ impl RayTable {
     }
 
     /// Whether straight lines are bent.
-    pub(super) fn is_bent(&self) -> bool {
+    pub(crate) fn is_bent(&self) -> bool {
         matches!(self.slopes, Slopes::Bent(_))
     }
 
     /// The rays of `count` pixels of a row, from a column on.
-    pub(super) fn rays(&self, row: isize, column: isize, count: usize) -> Rays<'_> {
+    pub(crate) fn rays(&self, row: isize, column: isize, count: usize) -> Rays<'_> {
         let row = (row + self.margin as isize) as usize;
         let column = (column + LEFT as isize) as usize;
         let whole = row * self.stride + column..row * self.stride + column + count;
@@ -108,7 +108,7 @@ impl RayTable {
     }
 
     /// x and y of a pixel's ray.
-    pub(super) fn ray(&self, row: isize, column: isize) -> [f32; 2] {
+    pub(crate) fn ray(&self, row: isize, column: isize) -> [f32; 2] {
         let rays = self.rays(row, column, 1);
         [rays.x[0], rays.y[0]]
     }

@@ -44,6 +44,17 @@ pub struct Region {
     pub glow: Option<GlowPatch>,
 }
 
+impl Region {
+    /// Whether another region shows the same surface in the same plane, so that no edge is seen between them.
+    pub(crate) fn goes_on_in(&self, other: &Self) -> bool {
+        /// Planes whose offsets and directions differ by less are one, in metres.
+        const SAME_M: f64 = 1e-7;
+        self.surface == other.surface
+            && (self.plane.offset_m - other.plane.offset_m).abs() < SAME_M
+            && (self.plane.normal.into_inner() - other.plane.normal.into_inner()).norm() < SAME_M
+    }
+}
+
 /// A sheet's own coordinates (s, t), counted in spangles from its first corner (so that they are small wherever in the world it is): s runs
 /// level on walls and across the duct's x on floor and ceiling, t square to it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -2,6 +2,7 @@
 #![allow(dead_code, unreachable_pub)] // each binary that includes this uses its own part
 #![allow(clippy::unwrap_used)] // only tests, benchmarks and examples include it
 
+pub mod areas;
 pub mod scenes;
 
 use std::f64::consts::PI;
