@@ -1,10 +1,10 @@
-//! What pixels that an edge between regions crosses have in excess of what their centres see: a pixel collects the light of all that falls on
-//! its square.
+//! What pixels that an edge between regions crosses have in excess of what their centres see: a pixel collects the light of all that
+//! falls on its square.
 //!
 //! Both renderers give each pixel the light of the one region that its centre sees. Here, for every edge that is seen, the pixels that it
-//! crosses get the rest: for each, the part of its square beyond the edge times the difference between the two regions' light there. The edge is
-//! taken as straight within a pixel, and one pixel's edges as independent; where three regions meet in a pixel, that is an estimate. A body
-//! thinner than a pixel, seen by no pixel's centre, stays unseen.
+//! crosses get the rest: for each, the part of its square beyond the edge times the difference between the two regions' light there.
+//! The edge is taken as straight within a pixel, and one pixel's edges as independent; where three regions meet in a pixel, that is an
+//! estimate. A body thinner than a pixel, seen by no pixel's centre, stays unseen.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -224,7 +224,8 @@ fn overlaps(upper: &[Span], lower: &[Span], mut visit: impl FnMut(std::ops::Rang
     }
 }
 
-/// The part of a pixel's square beyond an edge that runs past its middle at this distance; `across` is the edge's unit normal, its signs dropped.
+/// The part of a pixel's square beyond an edge that runs past its middle at this distance; `across` is the edge's unit normal, its
+/// signs dropped.
 fn part_beyond(off_px: f64, across: &Vector2<f64>) -> f64 {
     let (long, short) = (across.x.max(across.y), across.x.min(across.y));
     let (reach, flat) = ((long + short) / 2.0, (long - short) / 2.0);

@@ -313,8 +313,8 @@ const GHOST_CUT_DN: f64 = 0.6;
 /// wall recedes by a tenth over a block, that is this much.
 const BLOCK_DN: f64 = 0.5;
 
-/// Where three regions meet in a pixel, the renderers take each edge as if the others were not there (`soft_edges.rs`): at the foot of a box,
-/// and in the corners of walls, which are less apart in brightness.
+/// Where three regions meet in a pixel, the renderers take each edge as if the others were not there (`soft_edges.rs`): at the foot of
+/// a box, and in the corners of walls, which are less apart in brightness.
 const CORNER_DN: [f64; 2] = [0.6, 0.1];
 
 /// Holds 99 % of the pixels, and the worst one, against their bounds.

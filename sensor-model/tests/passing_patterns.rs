@@ -155,7 +155,8 @@ fn seams_that_pass_by_are_the_mean_of_where_they_were() {
     for speed_m_s in [0.1, 0.5, 2.0] {
         let (worst, rms) = moving_against_still(look, driving(speed_m_s));
         println!("{speed_m_s} m/s: worst {worst:.3} DN, RMS {rms:.4} DN");
-        // A frame's rounding is up to 0.03 DN. Where a seam meets the edge of two walls, a pixel has the seam of the wall that its middle sees.
+        // A frame's rounding is up to 0.03 DN. Where a seam meets the edge of two walls, a pixel has the seam of the wall that its
+        // middle sees.
         assert!(worst < 0.3 && rms < 0.02, "{speed_m_s} m/s: {worst} and {rms}");
     }
 }

@@ -34,8 +34,8 @@ fn both(polygon: &[Vector2<f64>], by: &[Vector2<f64>]) -> Polygon {
     })
 }
 
-/// Shares of a pixel's square, each with the number of its region; behind the regions come the grilles. What bodies hide is taken from what is
-/// behind them, each from each alone.
+/// Shares of a pixel's square, each with the number of its region; behind the regions come the grilles. What bodies hide is taken from
+/// what is behind them, each from each alone.
 pub fn shares(geometry: &FrameGeometry, pixel: [f64; 2]) -> Vec<(usize, f64)> {
     let [x, y] = geometry.projection().ray(pixel);
     // Straight edges are straight within a pixel.
