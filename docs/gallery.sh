@@ -1,16 +1,21 @@
 #!/usr/bin/env bash
-# Makes the pictures of docs/gallery.md from scenarios/straight.toml and others beside it: each effect off and on.
+# Makes the pictures of README.md and docs/gallery.md from scenarios/straight.toml and others beside it: each effect off and on.
 #
-#   docs/gallery.sh [FOLDER]      (docs/gallery)
+#   docs/gallery.sh [FOLDER]      (docs; they go to FOLDER/images and FOLDER/gallery)
 #
-# A few seconds after the program is built. The CPU renderer makes them, so they are the same to the bit everywhere.
+# A few seconds after the program is built. The CPU renderer makes them, so they are the same to the bit on every x86-64 machine.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-out=${1:-docs/gallery}
-mkdir -p "$out"
+docs=${1:-docs}
+out=$docs/gallery
+mkdir -p "$out" "$docs/images"
 cargo build --release --locked --quiet --bin ductloop --example enlarge
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
+
+# README's, by the command that stands there.
+target/release/ductloop render scenarios/straight-offset.toml --at-s 0.6 --lines --renderer cpu --quiet --out "$docs/images/straight-offset.png"
+rm "$docs/images/straight-offset.json"
 
 # raw NAME SCENARIO [option…]: one frame into the working folder.
 raw() {
@@ -49,8 +54,8 @@ shot noise straight "${here[@]}"
 shot psf-off straight "${still[@]}" --set sensor.lens.psf_sigma_px=0
 shot psf-on straight "${still[@]}" --set sensor.lens.psf_sigma_px=1.2
 for name in psf-off psf-on; do cut "$name" "$cross" 4; done
-# As much light in each.
-for width in 0.1:2000 0.5:400 2.0:100; do
+# As much light in each, and so little that no pixel is full.
+for width in 0.1:600 0.5:120 2.0:30; do
     shot "thin-${width%:*}" straight "${still[@]}" --set "sensor.line.width_mm=${width%:*}" --set sensor.line.growth_mrad=0 \
         --set "sensor.light.stripe_peak_dn=${width#*:}" --set sensor.lens.psf_sigma_px=0.3
     cut "thin-${width%:*}" "$cross" 4

@@ -15,7 +15,7 @@ use crate::scenario::Scenario;
 /// An engine that renders, opened.
 #[derive(Clone, Debug)]
 pub enum Engine {
-    /// The processor: the same images to the bit everywhere.
+    /// The processor: the same images to the bit on every x86-64 machine.
     Cpu,
     /// A graphics adapter.
     #[cfg(feature = "wgpu")]

@@ -32,7 +32,7 @@ pub fn run(scenario: &Scenario, pilot: impl Into<Pilot>) -> Result<Outcome, RunF
     run_on(&Engine::auto(), scenario, pilot)
 }
 
-/// The same on an engine that the caller has opened: for many runs, or for the same results on every machine ([`Engine::Cpu`]).
+/// The same on an engine that the caller has opened: for many runs, or for the same results on every x86-64 machine ([`Engine::Cpu`]).
 ///
 /// # Errors
 /// Where the run could not go on.

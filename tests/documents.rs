@@ -105,6 +105,32 @@ fn commands_are_understood_and_name_files_that_exist() {
     assert!(seen >= 7, "only {seen} commands were found in {:?}", documents());
 }
 
+/// A picture that a command is shown for is what that command makes, if not to the bit: the mean over its pixels differs by no more
+/// than a grey value. What another version of the sensor makes is several away.
+#[test]
+fn pictures_are_what_their_commands_make() {
+    let mut seen = 0;
+    for file in documents() {
+        for mut call in code(&read(&file)).iter().flat_map(|code| calls(code)) {
+            let shown = call.join(" ");
+            let Some(out) = call.iter_mut().find(|word| word.starts_with("docs/") && word.ends_with(".png")) else { continue };
+            let folder = tempfile::tempdir().expect("a folder");
+            let stored = image::open(root().join(&out)).unwrap_or_else(|error| panic!("{out}: {error}")).into_rgb8();
+            let made = folder.path().join("made.png");
+            *out = made.display().to_string();
+            let ran = Command::new(env!("CARGO_BIN_EXE_ductloop")).args(&call).current_dir(root()).output().expect("the program");
+            assert!(ran.status.success(), "{shown}\n{}", String::from_utf8_lossy(&ran.stderr));
+            let made = image::open(made).expect("a picture").into_rgb8();
+            assert_eq!(made.dimensions(), stored.dimensions(), "{shown}");
+            let sum: f64 = made.as_raw().iter().zip(stored.as_raw()).map(|(a, b)| f64::from(a.abs_diff(*b))).sum();
+            let mean = sum / made.as_raw().len() as f64;
+            assert!(mean < 1.0, "{shown}: {mean} grey values apart; docs/gallery.sh makes it anew");
+            seen += 1;
+        }
+    }
+    assert!(seen >= 1, "no command makes a picture");
+}
+
 /// Scenarios that are shown in full are right.
 #[test]
 fn scenarios_are_valid() {

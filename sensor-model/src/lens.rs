@@ -133,18 +133,22 @@ mod tests {
         Camera { width_px: 640, height_px: 480, focal_px: [378.4, 380.0], centre_px: [319.5, 239.5], distortion }
     }
 
-    /// Against `cv2.projectPoints` of OpenCV 4 for the same numbers.
+    /// Against what `cv2.projectPoints` of OpenCV 5.0.0 (opencv-python-headless) gave for these numbers.
     #[test]
     fn points_are_seen_where_opencv_sees_them() {
         let bent = Distortion { k1: -0.28, k2: 0.07, p1: 0.001, p2: -0.0005, k3: -0.008 };
         let projection = Projection { camera: camera(bent) };
-        // By hand from the documented formula: x = 0.5, y = -0.3, r2 = 0.34.
-        let r2: f64 = 0.34;
-        let radial = 1.0 - 0.28 * r2 + 0.07 * r2 * r2 - 0.008 * r2 * r2 * r2;
-        let x = 0.5 * radial + 2.0 * 0.001 * -0.15 - 0.0005 * (r2 + 0.5);
-        let y = -0.3 * radial + 0.001 * (r2 + 0.18) + 2.0 * -0.0005 * -0.15;
-        let [u, v] = projection.pixel([0.5, -0.3]);
-        assert!((u - (378.4 * x + 319.5)).abs() < 1e-9 && (v - (380.0 * y + 239.5)).abs() < 1e-9);
+        for (point_m, pixel) in [
+            ([0.5, -0.3, 1.0], [491.8872278656, 135.72075724799998]),
+            ([-0.7, 0.45, 1.0], [97.23738055663, 383.165835494625]),
+            ([0.02, 0.6, 1.0], [326.3110159285088, 446.88568650581607]),
+            ([-1.2, -1.0, 2.0], [125.71239524992006, 77.65588112]),
+            ([0.9, 0.1, 1.5], [525.2198824817988, 262.6005976041994]),
+            ([0.0, 0.0, 1.0], [319.5, 239.5]),
+        ] {
+            let [u, v] = projection.pixel_of(&Point3::from(point_m));
+            assert!((u - pixel[0]).abs() < 1e-9 && (v - pixel[1]).abs() < 1e-9, "{point_m:?}: {u} {v}");
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@
 //! - `soft_edges`: pixels that an edge between regions crosses, by area;
 //! - [`noise`]: the counter-based random numbers of the CCD and of speckle;
 //! - [`renderer`]: what a renderer is given and gives, whichever engine it runs on;
-//! - [`CpuRenderer`]: the engine in plain Rust, the same to the bit everywhere; [`vector_math`]: its elementary functions;
+//! - [`CpuRenderer`]: the engine in plain Rust, the same to the bit on every x86-64 machine; [`vector_math`]: its elementary functions;
 //! - `gpu` and `WgpuRenderer`: the engine on wgpu (feature `wgpu`).
 //!
 //! The equations, and what they leave out, are in `docs/sensor-model.md`.

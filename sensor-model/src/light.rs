@@ -83,7 +83,7 @@ pub struct Fan {
 impl Fan {
     /// The fan of a laser. A plane square to the line of sight, in which no direction is nearest, takes the camera's x.
     pub fn of(laser: &Laser, profile: FanProfile) -> Self {
-        /// Beyond this many half angles a cylinder lens' Gaussian is below 0.3 % of its middle.
+        /// `fan_rad` is the width at 1/e^2. Beyond this many half angles a cylinder lens' Gaussian is below 0.3 % of its middle.
         const CYLINDER_REACH: f64 = 1.7;
         const REACH_MAX_RAD: f64 = FAN_MAX_DEG / 2.0 * std::f64::consts::PI / 180.0;
         let normal = laser.normal_in_camera.into_inner();

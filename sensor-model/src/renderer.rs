@@ -254,7 +254,13 @@ impl RenderError {
 }
 
 fn camera_at([x, y, z]: &[f64; 3], [along_x, along_y, along_z]: &[f64; 3]) -> String {
-    format!("the camera at ({x:.3}, {y:.3}, {z:.3}) m, looking along ({along_x:.3}, {along_y:.3}, {along_z:.3}),")
+    let [x, y, z] = [x, y, z].map(|x| metres(*x));
+    format!("the camera at ({x}, {y}, {z}) m, looking along ({along_x:.3}, {along_y:.3}, {along_z:.3}),")
+}
+
+/// Metres to the millimetre; what is farther than any duct is long, by its exponent.
+fn metres(x: f64) -> String {
+    if x.abs() < 1e6 { format!("{x:.3}") } else { format!("{x:.3e}") }
 }
 
 /// Checks what every renderer is made with.

@@ -82,7 +82,7 @@ pub(crate) enum RendererChoice {
     Auto,
     /// A graphics adapter, of hardware or software (lavapipe)
     Wgpu,
-    /// The processor: the same images to the bit on every machine
+    /// The processor: the same images to the bit on every x86-64 machine
     Cpu,
 }
 

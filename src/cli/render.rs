@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use ductloop::closed_loop::RunError;
 use ductloop::output::write_whole;
+use ductloop::scenario::shown;
 use ductloop::{GreyImage, Scenario, contact_sheet, picture};
 use ductloop_sensor::renderer::RenderError;
 use serde_json::{Value, json};
@@ -59,6 +60,8 @@ pub(crate) fn command(args: &RenderArgs) -> Result<u8, Problem> {
     })?;
     let mut document = document(args, &shots);
     let files = files(args, &shown, &shots, &images, &document).map_err(|error| cannot_go_on(file, &error))?;
+    // Before anything new stands beside it.
+    remove_truth_of_earlier_call(args).map_err(|(path, error)| cannot_go_on(&path, &error))?;
     for (path, bytes) in &files {
         write_whole(path, bytes).map_err(|error| cannot_go_on(path, &error))?;
     }
@@ -89,7 +92,7 @@ fn check(args: &RenderArgs, scenario: &Scenario) -> Result<(), Problem> {
     }
     if let Some(late_s) = args.at_s.iter().find(|time_s| **time_s > scenario.time_limit_s) {
         let limit_s = scenario.time_limit_s;
-        let message = format!("{late_s:?} s is later than the run can end, {limit_s} s at the latest (time_limit_s)");
+        let message = format!("{} s is later than the run can end, {limit_s} s at the latest (time_limit_s)", shown(*late_s));
         return Err(wrong(message).about("--at-s").help("a longer run: `--set time_limit_s=SECONDS`"));
     }
     for (option, given) in [("--truth", args.truth), ("--lines", args.lines)] {
@@ -101,6 +104,22 @@ fn check(args: &RenderArgs, scenario: &Scenario) -> Result<(), Problem> {
     let beside = [args.out.clone(), args.out.with_extension("json")].into_iter();
     let truth: Vec<PathBuf> = if args.truth { truth_files::names(&args.out).into() } else { Vec::new() };
     beside.chain(truth).try_for_each(|file: PathBuf| destination::file("--out", &file))
+}
+
+/// Takes away the truth that an earlier call has left beside a picture which this one replaces without writing it anew, and says so.
+fn remove_truth_of_earlier_call(args: &RenderArgs) -> Result<(), (PathBuf, std::io::Error)> {
+    if args.truth {
+        return Ok(());
+    }
+    for stale in truth_files::of_earlier_call(&args.out) {
+        if let Err(error) = std::fs::remove_file(&stale) {
+            return Err((stale, error));
+        }
+        if !args.quiet {
+            note(&format!("removed {}: it was the truth of an earlier picture of this name", stale.display()));
+        }
+    }
+    Ok(())
 }
 
 /// Renders each shot.

@@ -4,7 +4,8 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use ductloop::closed_loop::{RunFailure, run_with};
-use ductloop::record::{EndState, FrameRecord};
+use ductloop::record::{EndState, FrameRecord, RunRecord};
+use ductloop::scenario::shown;
 use ductloop::viewpoint::still;
 use ductloop::{Pilot, Scenario};
 use ductloop_nav::perception::StripeLine;
@@ -82,15 +83,20 @@ pub(crate) fn of_run(
         }
         Ok(run) if run.end == EndState::BrokenOff => return Ok(None),
         Ok(run) => {
-            let (end_s, end) = (run.sim_time_s, run.end.word());
-            let ended = format!("the run ends at {end_s:.3} s ({end}), before {}{written}", seconds(&late));
-            let last_s = run.frames.last().map_or(0.0, |record| record.time_s);
-            let help =
-                format!("the last frame is that of {last_s:.3} s; `[start]`, `time_limit_s` and the duct say how long a run is");
+            // Between its last frame and its end a run lasts on; a time that falls there has no frame either.
+            let last_s = last_frame_s(&run);
+            let (times, end) = (seconds(&late), run.end.word());
+            let ended = format!("the run's last frame is that of {last_s:.3} s ({end}), before {times}{written}");
+            let help = "`[start]`, `time_limit_s` and the duct say how long a run is";
             Some(Problem::new(Problem::WRONG_INPUT, ended).about("--at-s").help(help))
         }
         Err(RunFailure { error, record: Some(record) }) if !late.is_empty() => {
-            let came_to = format!("the run could not go on at {:.3} s, before {}", record.sim_time_s, seconds(&late));
+            let last_s = last_frame_s(&record);
+            let came_to = format!(
+                "the run could not go on at {:.3} s, and its last frame is that of {last_s:.3} s, before {}",
+                record.sim_time_s,
+                seconds(&late)
+            );
             Some(cannot_go_on(&format!("{came_to}{written}: {error}")))
         }
         Err(failure) => Some(cannot_go_on(&failure)),
@@ -99,6 +105,11 @@ pub(crate) fn of_run(
         Some(problem) if shots.is_empty() => Err(problem),
         missed => Ok(Some(Moments { shots, merged, missed })),
     }
+}
+
+/// When the last of a run's frames was exposed, in seconds.
+fn last_frame_s(run: &RunRecord) -> f64 {
+    run.frames.last().map_or(0.0, |record| record.time_s)
 }
 
 /// A camera where the robot's is at the start, as `--pose` takes it.
@@ -113,7 +124,7 @@ pub(crate) fn start_pose(scenario: &Scenario) -> Option<String> {
 
 /// Times as people read them: `1 s, 2 s and 2.5 s`.
 fn seconds(times_s: &[f64]) -> String {
-    let words: Vec<_> = times_s.iter().map(|time_s| format!("{time_s} s")).collect();
+    let words: Vec<_> = times_s.iter().map(|time_s| format!("{} s", shown(*time_s))).collect();
     match words.split_last() {
         Some((last, others)) if !others.is_empty() => format!("{} and {last}", others.join(", ")),
         _ => words.concat(),
@@ -134,7 +145,7 @@ pub(crate) fn of_pose(scenario: &Scenario, pose: &[f64]) -> Result<Shot, Problem
     };
     for (name, angle_deg) in [("yaw", yaw_deg), ("pitch", pitch_deg), ("roll", roll_deg)] {
         if angle_deg.abs() > TURN_DEG {
-            let message = format!("{name} is {angle_deg} degrees; it must be from -{TURN_DEG} to {TURN_DEG}");
+            let message = format!("{name} is {} degrees; it must be from -{TURN_DEG} to {TURN_DEG}", shown(angle_deg));
             return Err(Problem::new(Problem::WRONG_INPUT, message).about("--pose"));
         }
     }

@@ -1,17 +1,30 @@
 //! What `ductloop render --truth` writes beside the picture OUT.png: `OUT.truth.png` for people, and for programs
 //! `OUT.centres.parquet`, `OUT.depth.npy` (f4, metres, infinite where the view is open), `OUT.surface.npy` (u2, 65535 there) and
-//! `OUT.normal.npy` (f4, camera frame, zeros there).
+//! `OUT.normal.npy` (f4, camera frame, zeros there). A later picture of that name takes them away: they would show another frame.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use ductloop::output::{centres, npy::npy};
 use ductloop::{GreyImage, Scenario, truth_picture};
 use ductloop_sensor::renderer::View;
 use ductloop_sensor::truth::SceneTruth;
+use serde_json::Value;
 
 /// The files' names.
 pub(crate) fn names(out: &Path) -> [PathBuf; 5] {
     ["truth.png", "centres.parquet", "depth.npy", "surface.npy", "normal.npy"].map(|ending| out.with_extension(ending))
+}
+
+/// The truth that an earlier call has written beside the picture: files of these names, where the picture's document is one of
+/// `render`. Beside anything else they are somebody else's.
+pub(crate) fn of_earlier_call(out: &Path) -> Vec<PathBuf> {
+    let document = fs::read(out.with_extension("json")).ok().and_then(|bytes| serde_json::from_slice::<Value>(&bytes).ok());
+    // A contact sheet has no truth, so what lies beside one is no more of that call.
+    if !document.is_some_and(|document| document.get("scenario").is_some() && document.get("camera").is_some()) {
+        return Vec::new();
+    }
+    names(out).into_iter().filter(|name| name.is_file()).collect()
 }
 
 /// The files of a frame that was rendered as `image`.

@@ -32,6 +32,7 @@ pub(super) fn check(scenario: &Scenario, typed: &Typed, checked: &mut Checked) {
         cross.objects(&network);
         cross.course(&network);
     }
+    cross.object_names();
 }
 
 /// Rounded up to a millimetre, so that what help says is accepted. The subtrahend is far below what is shown, and far above

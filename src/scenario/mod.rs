@@ -42,6 +42,7 @@ pub use model::{
 };
 pub use overlay::Overlays;
 pub use schema::schema;
+pub use value::shown;
 
 /// What a file of this project describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -93,7 +93,7 @@ fn number(field: &Field, path: &str, node: &Node, min: f64, max: f64) -> Option<
 }
 
 /// A number as people read it and TOML takes it: one with many zeros by its exponent.
-pub(super) fn shown(x: f64) -> String {
+pub fn shown(x: f64) -> String {
     if x == 0.0 || (1e-5..=1e15).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
 }
 

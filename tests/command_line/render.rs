@@ -40,7 +40,7 @@ fn render_refuses_what_it_cannot_do() {
     workshop.write("several/b.toml", scenario("b", 1.6));
     let cases: &[(&[&str], &[&str])] = &[
         // Past the end of the run, and past the longest that it may take.
-        (&["short.toml", "--at-s", "50"], &["--at-s: the run ends at", "finished", "before 50 s", "the last frame is that of"]),
+        (&["short.toml", "--at-s", "50"], &["--at-s: the run's last frame is that of", "(finished), before 50 s"]),
         (&["short.toml", "--at-s", "1,1e300"], &["--at-s: 1e300 s is later", "60 s at the latest", "time_limit_s"]),
         (&["short.toml", "--at-s", "1", "--out", "frame.jpg"], &["frame.jpg", ".png"]),
         (&["short.toml", "--at-s", "1", "--out", "file/frame.png"], &["--out file/frame.png", "not a folder"]),
@@ -120,6 +120,29 @@ fn the_truth_stands_beside_the_picture() {
     }
 }
 
+/// Nothing of an earlier frame stands beside a new picture; what is not of `render` is nobody's to take away.
+#[test]
+fn the_truth_of_an_earlier_picture_goes() {
+    let workshop = Workshop::new();
+    let render =
+        |args: &[&str]| workshop.run(&[&["render", "short.toml", "--at-s", "0", "--out", "a.png"], args].concat()).expect(0);
+    let theirs = ["a.depth.npy", "a.depth.npy.bak", "b.truth.png"];
+    theirs.iter().for_each(|name| workshop.write(name, "somebody else's"));
+    render(&[]);
+    assert_eq!(workshop.read("a.depth.npy"), "somebody else's");
+    render(&["--truth"]);
+    assert_ne!(workshop.files(".")["a.depth.npy"], b"somebody else's");
+    let ran = render(&[]);
+    let ours = ["a.truth.png", "a.centres.parquet", "a.depth.npy", "a.surface.npy", "a.normal.npy"];
+    ours.iter().for_each(|name| assert!(ran.stderr.contains(&format!("removed {name}: it was the truth of")), "{}", ran.stderr));
+    let left: Vec<_> = workshop.names(".").into_iter().filter(|name| name.starts_with(['a', 'b'])).collect();
+    assert_eq!(left, ["a.depth.npy.bak", "a.json", "a.png", "b.truth.png"]);
+    // A sheet as well takes away what a frame had beside it.
+    render(&["--truth"]);
+    workshop.run(&["render", "short.toml", "--at-s", "0,0.1", "--out", "a.png", "--quiet"]).expect(0);
+    assert!(!workshop.path("a.truth.png").exists());
+}
+
 #[test]
 fn a_camera_can_be_anywhere_in_the_duct() {
     let workshop = Workshop::new();
@@ -140,6 +163,9 @@ fn a_camera_can_be_anywhere_in_the_duct() {
         ("0.8,0.6,0.15,0,0,0", "`--pose 0.620,0.000,0.100,0.0,0.0,0.0` at the start"),
         ("0.8,0,0.1,360.5,0,0", "yaw is 360.5 degrees; it must be from -360 to 360"),
         ("0.8,0,0.1,0,0,-1e9", "roll is -1000000000 degrees"),
+        // No message has three hundred digits.
+        ("0.8,0,0.1,0,1e300,0", "pitch is 1e300 degrees"),
+        ("-1e300,0,0.1,0,0,0", "the camera at (-1.000e300, 0.000, 0.100) m"),
         ("1,2,3", "six numbers"),
         ("a,0,0,0,0,0", "a number"),
     ] {
@@ -151,7 +177,10 @@ fn a_camera_can_be_anywhere_in_the_duct() {
 fn frames_until_the_end_of_the_run_are_written() {
     let workshop = Workshop::new();
     let ran = workshop.run(&["render", "short.toml", "--at-s", "1,40,45", "--out", "sheet.png", "--json"]).expect(2);
-    let ran = ran.saying(&["--at-s: the run ends at", "(finished), before 40 s and 45 s; the frames until then are written"]);
+    let ran = ran.saying(&[
+        "--at-s: the run's last frame is that of",
+        "(finished), before 40 s and 45 s; the frames until then are written",
+    ]);
     let document = ran.json();
     assert_eq!(keys(&document), ["format", "frames", "errors"]);
     assert_eq!(document["frames"].as_array().map(Vec::len), Some(1));
@@ -161,6 +190,19 @@ fn frames_until_the_end_of_the_run_are_written() {
     assert!(sheet.dimensions().0 < 640, "{:?}", sheet.dimensions());
     let written: Value = serde_json::from_str(&workshop.read("sheet.json")).expect("JSON");
     assert_eq!((keys(&written), &written["frames"]), (vec!["format", "frames"], &document["frames"]));
+}
+
+/// A time between the last frame and the run's end is one that no frame comes after.
+#[test]
+fn a_time_after_the_last_frame_is_told_by_that_frame() {
+    let workshop = Workshop::new();
+    let ran = workshop.run(&["render", "short.toml", "--at-s", "50"]).expect(2);
+    let last = ran.stderr.split("that of ").nth(1).and_then(|rest| rest.split(' ').next()).expect(&ran.stderr).to_owned();
+    let last_s: f64 = last.parse().expect("seconds");
+    workshop.run(&["render", "short.toml", "--at-s", &format!("{}", last_s - 5e-4)]).expect(0);
+    let next = format!("{}", last_s + 0.03);
+    let words = format!("the run's last frame is that of {last} s (finished), before {next} s");
+    workshop.run(&["render", "short.toml", "--at-s", &next]).expect(2).saying(&[&words]);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use crate::vector_math::{clamp, max, min, normals};
 /// The CCD in single precision.
 #[derive(Debug)]
 pub(super) struct Exposure {
-    /// Light that fills the full well reads this, from 0.
+    /// Electrons that the full well holds.
     well_e: f32,
     read_e2: f32,
     electrons_per_dn: f64,

@@ -1,8 +1,12 @@
-//! What stands in the duct, beads and objects: it is within the duct, and the robot does not start in it.
+//! What stands in the duct, beads and objects: it is within the duct, no two objects share a name or a place, and the robot does not
+//! start in it.
+
+use std::collections::BTreeMap;
 
 use ductloop_duct::cell::Solid;
 use ductloop_duct::network::Network;
 use ductloop_sim::clearance::Outline;
+use nalgebra::Vector3;
 
 use super::{Cross, FREE_M, up_mm};
 use crate::scenario::model::{Object, ObjectShape};
@@ -24,11 +28,53 @@ impl Cross<'_> {
         }
     }
 
-    /// Each object is within the duct.
+    /// Each object is within the duct, and none of them in another.
     pub(super) fn objects(&mut self, network: &Network) {
         if !self.checked.is_sound(&["duct"]) {
             return;
         }
+        self.places(network);
+        if self.checked.is_sound(&["duct"]) {
+            self.clear_of_each_other(network);
+        }
+    }
+
+    /// Reports tell objects apart by their names.
+    pub(super) fn object_names(&mut self) {
+        let mut first: BTreeMap<&str, usize> = BTreeMap::new();
+        let named = self.scenario.duct.objects.iter().enumerate().filter(|(_, object)| !object.name.is_empty());
+        for (i, Object { name, .. }) in named {
+            match first.get(name.as_str()) {
+                Some(other) => {
+                    let message = format!("`duct.object[{i}].name` is \"{name}\", and so is that of `duct.object[{other}]`");
+                    self.wrong_at(&format!("duct.object[{i}].name"), message, "a name of its own, or none".to_owned());
+                }
+                None => {
+                    first.insert(name, i);
+                }
+            }
+        }
+    }
+
+    /// No two of them are in each other.
+    fn clear_of_each_other(&mut self, network: &Network) {
+        let objects = &self.scenario.duct.objects;
+        let solids: Vec<Solid> = objects.iter().map(|object| object.solid(&network.centreline)).collect();
+        for (i, object) in objects.iter().enumerate() {
+            if let Some(other) = (0..i).find(|other| overlap(&solids[i], &solids[*other])) {
+                let others = called(other, &objects[other]);
+                let message = format!("{} overlaps {}", called(i, object), others.trim_end_matches(','));
+                self.wrong_at(
+                    &format!("duct.object[{i}].at_m"),
+                    message,
+                    "another place for one of the two; they may touch".to_owned(),
+                );
+            }
+        }
+    }
+
+    /// Each is within the duct.
+    fn places(&mut self, network: &Network) {
         let length_m = network.centreline.length_m();
         for (i, object) in self.scenario.duct.objects.iter().enumerate() {
             let path = |key: &str| format!("duct.object[{i}].{key}");
@@ -96,6 +142,22 @@ impl Cross<'_> {
         let finding = super::Finding::new(self.typed.span(path), message).help(help);
         self.checked.wrong(path, finding);
     }
+}
+
+/// Bodies that reach into each other by less than this only touch, in metres: rounding is far below, any real overlap above.
+const TOUCH_M: f64 = 1e-6;
+
+/// Whether two upright boxes have room in common: no axis keeps them apart, neither the vertical nor one along their sides
+/// (Gottschalk, Lin and Manocha, OBBTree, 1996, for boxes that share an axis).
+fn overlap(a: &Solid, b: &Solid) -> bool {
+    let reach = |solid: &Solid, axis: &Vector3<f64>| {
+        let along = solid.corners.iter().map(|corner| axis.dot(&corner.coords));
+        along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)))
+    };
+    a.planes.iter().chain(&b.planes).all(|plane| {
+        let ((a_low, a_high), (b_low, b_high)) = (reach(a, &plane.normal), reach(b, &plane.normal));
+        a_high - b_low > TOUCH_M && b_high - a_low > TOUCH_M
+    })
 }
 
 /// An object as a sentence speaks of it.

@@ -45,7 +45,7 @@ pub(super) const FIELDS: &[Field] = &[
     Field::of_element("sensor.laser.*.fan_deg", Kind::Number { min: 1.0, max: 160.0 })
         .unit("degrees")
         .default("90.0")
-        .about("Full opening angle of the fan."),
+        .about("Full opening angle of the fan; of a cylinder lens where its light is 1/e^2 of the middle's, and it goes on to 1.7 times that."),
     Field::of_element("sensor.laser.*.source_in_base_m", Kind::Numbers { len: 3, min: -3.0, max: 3.0, single: false })
         .unit("m")
         .or(super::Default::Absent("the foot of the perpendicular from the camera's centre to the plane"))
@@ -88,7 +88,7 @@ pub(super) const FIELDS: &[Field] = &[
         |s, word| s.optics.fan_profile = profile(word),
     )
     .default("\"powell\"")
-    .about("How the light is spread along the fan: nearly evenly by a Powell lens, as a Gaussian by a cylinder lens."),
+    .about("How the light is spread along the fan: nearly evenly by a Powell lens, as a Gaussian by a cylinder lens, which shines beyond fan_deg."),
     Field::new(
         "sensor.light.fan_edge",
         Kind::Number { min: 0.01, max: 1.0 },

@@ -4,7 +4,7 @@ use super::{Default, Field, Kind, TableRow};
 
 pub(super) const TABLES: &[TableRow] = &[TableRow::new(
     "duct.object[]",
-    "Something that stands in the duct. The robot bumps into it; it hides and shades what is behind it.",
+    "Something that stands in the duct. The robot bumps into it; it hides and shades what is behind it. No two may overlap.",
 )];
 
 /// Words for `duct.object[].shape`.
@@ -15,7 +15,9 @@ const EDGE_MIN_M: f64 = 1e-3;
 const EDGE_MAX_M: f64 = 10.0;
 
 pub(super) const FIELDS: &[Field] = &[
-    Field::of_element("duct.object[].name", Kind::Name).or(Default::Absent("it has no name")).about("What reports call it."),
+    Field::of_element("duct.object[].name", Kind::Name)
+        .or(Default::Absent("it has no name"))
+        .about("What reports call it; no other object may have it."),
     Field::of_element("duct.object[].shape", Kind::Word(SHAPES)).default("\"box\"").about("What it is."),
     Field::of_element("duct.object[].size_m", Kind::Numbers { len: 3, min: EDGE_MIN_M, max: EDGE_MAX_M, single: false })
         .unit("m")
