@@ -70,6 +70,7 @@ impl SoftEdges {
     }
 
     /// All rows with their numbers.
+    #[cfg(feature = "wgpu")]
     pub(crate) fn rows(&self) -> impl Iterator<Item = (i32, &[SoftPixel])> {
         self.rows.iter().zip(-(self.margin as i32)..).map(|(row, number)| (number, &row[..]))
     }
