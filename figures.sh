@@ -3,15 +3,17 @@
 #
 #   ./figures.sh [--slice] [OUT.json]      (figures.json)
 #
-# Eight seeds a scenario; a quarter of an hour on two cores without a graphics card. --slice takes one seed: a minute or two.
+# Eight seeds a scenario; a quarter of an hour on two cores without a graphics card. --slice takes one seed and fewer frames: a few
+# minutes.
 set -euo pipefail
 cd "$(dirname "$0")"
 
 slice=()
+frames=10000
 out=figures.json
 for argument in "$@"; do
     case "$argument" in
-        --slice) slice=(--slice) ;;
+        --slice) slice=(--slice); frames=600 ;;
         -*) echo "figures.sh: unknown option $argument; usage: ./figures.sh [--slice] [OUT.json]" >&2; exit 2 ;;
         *) out=$argument ;;
     esac
@@ -27,9 +29,11 @@ echo "stripes …" >&2
 cargo test --release --locked --workspace --test stripes -- --nocapture --test-threads 1 >"$parts/stripes"
 echo "sensor …" >&2
 cargo test --release --locked -p ductloop-sensor --test emva --test stripe_physics --test centres --test agreement -- --nocapture --test-threads 1 >"$parts/sensor"
+echo "memory …" >&2
+cargo run --release --locked --quiet -p ductloop-sensor --example resident_memory "$frames" >"$parts/memory"
 echo "bench …" >&2
 cargo run --release --locked --quiet -- bench --json >"$parts/bench"
 echo "runs …" >&2
 cargo run --release --locked --quiet --example figures -- ${slice[@]+"${slice[@]}"} \
     --bench "$parts/bench" --physics "$parts/physics" --stripes "$parts/stripes" \
-    --sensor "$parts/sensor" "$out"
+    --sensor "$parts/sensor" --memory "$parts/memory" "$out"

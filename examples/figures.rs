@@ -1,11 +1,12 @@
 //! Repeats the figures that the documents quote, and writes them as JSON. `./figures.sh` calls it.
 //!
 //! ```text
-//! cargo run --release --example figures -- [--slice] --bench FILE --physics FILE --stripes FILE --sensor FILE OUT.json
+//! cargo run --release --example figures -- [--slice] --bench FILE --physics FILE --stripes FILE --sensor FILE --memory FILE OUT.json
 //! ```
 //!
 //! `--bench` is what `ductloop bench --json` printed; the others are the printed lines of the tests that measure physics,
-//! rendered stripes, and the sensor (CCD, light, and the renderers against each other). `--slice` takes one seed a scenario
+//! rendered stripes, and the sensor (CCD, light, and the renderers against each other), `--memory` those of the example
+//! `resident_memory`. `--slice` takes one seed a scenario
 //! instead of eight.
 
 use std::error::Error;
@@ -24,6 +25,7 @@ struct Arguments {
     physics: Vec<String>,
     stripes: Vec<String>,
     sensor: Vec<String>,
+    memory: Vec<String>,
     out: String,
 }
 
@@ -56,6 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "physics": arguments.physics,
         "stripes": arguments.stripes,
         "sensor": arguments.sensor,
+        "memory": arguments.memory,
     });
     std::fs::write(&arguments.out, format!("{document:#}\n"))?;
     println!("{}", arguments.out);
@@ -64,7 +67,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 fn read_arguments() -> Result<Arguments, Box<dyn Error>> {
     let (mut seeds, mut bench, mut out) = (8, Value::Null, None);
-    let (mut physics, mut stripes, mut sensor) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut physics, mut stripes, mut sensor, mut memory) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut rest = std::env::args().skip(1);
     while let Some(argument) = rest.next() {
         let mut text = || -> Result<String, Box<dyn Error>> {
@@ -77,10 +80,11 @@ fn read_arguments() -> Result<Arguments, Box<dyn Error>> {
             "--physics" => physics = printed(&text()?, &["chi ", "drift "]),
             "--stripes" => stripes = printed(&text()?, &["px RMS"]),
             "--sensor" => sensor = printed(&text()?, &[" for ", " px RMS", " DN, worst ", " centres; "]),
+            "--memory" => memory = printed(&text()?, &[" MiB"]),
             path => out = Some(path.to_owned()),
         }
     }
-    Ok(Arguments { seeds, bench, physics, stripes, sensor, out: out.ok_or("the name of the file to write is missing")? })
+    Ok(Arguments { seeds, bench, physics, stripes, sensor, memory, out: out.ok_or("the name of the file to write is missing")? })
 }
 
 /// The lines that tests printed with one of `words` in them, without the name of the test that stands before the first.
