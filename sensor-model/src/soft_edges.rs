@@ -49,6 +49,8 @@ struct Smooth<'a> {
     looks: &'a [Look],
     headlamp: f64,
     ambient_dn: f64,
+    /// A rest smaller than this is left out: as much less as the lamp is weaker, so that twice the lamp is twice the light to the bit.
+    least_dn: f64,
 }
 
 /// Two neighbouring pixels and what they see.
@@ -60,7 +62,7 @@ struct Pair {
     axis: usize,
 }
 
-/// A rest smaller than this is left out, in DN.
+/// A rest smaller than this is left out at nominal power, in DN.
 const LEAST_DN: f64 = 0.004;
 
 impl SoftEdges {
@@ -91,7 +93,8 @@ impl SoftEdges {
         self.rows.iter_mut().for_each(Vec::clear);
         self.prepare(geometry);
         let headlamp = headlamp_strength(optics) * view.headlamp_power;
-        let smooth = Smooth { geometry, looks, headlamp, ambient_dn: optics.ambient_dn };
+        let least_dn = LEAST_DN * view.headlamp_power;
+        let smooth = Smooth { geometry, looks, headlamp, ambient_dn: optics.ambient_dn, least_dn };
         let first = -(table.margin as isize);
         let mut known = None;
         for row in first..first + rows as isize {
@@ -165,7 +168,7 @@ impl SoftEdges {
             let [u, v] = pair.pixels[i];
             let light = |region: u32| smooth.light(region, [u, v], ray);
             let rest = share * (light(pair.regions[1 - i]) - light(pair.regions[i]));
-            if rest.abs() > LEAST_DN {
+            if rest.abs() > smooth.least_dn {
                 let row = (v + self.margin as i32) as usize;
                 self.rows[row].push(SoftPixel { column: u, light_dn: rest as f32 });
             }
