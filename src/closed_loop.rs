@@ -182,7 +182,7 @@ impl<'a> ClosedLoop<'a> {
         let report = self.head.navigator.report();
         let (frame, image) = (self.frames.len() as u64, &self.head.image);
         self.hash.frame(tick, &truth, image, counts, &command);
-        self.key_frames.offer(frame, image, report.lines);
+        self.key_frames.offer(frame, image, report.stages.lines);
         self.stopped_frames = if report.state == State::Stopped { self.stopped_frames + 1 } else { 0 };
         let record = FrameRecord {
             frame,
@@ -194,7 +194,7 @@ impl<'a> ClosedLoop<'a> {
             mount,
             measurement: report.measurement,
             state: report.state,
-            lines: report.lines.len(),
+            lines: report.stages.lines.len(),
             command,
             laser_power: self.laser_power,
             view,

@@ -9,7 +9,8 @@ use ductloop_nav::messages::Frame;
 use ductloop_nav::navigator::{DuctNavigator, Navigator, NavigatorParams};
 use ductloop_nav::odometry::DriveModel;
 use ductloop_nav::perception::paper::{PaperParams, PaperPerception};
-use ductloop_nav::perception::{Measurement, Perception, StripeLine};
+use ductloop_nav::perception::robust::{RobustParams, RobustPerception};
+use ductloop_nav::perception::{Measurement, Perception};
 use ductloop_nav::rig::MountAngles;
 
 use crate::scenario::{Law, Pipeline, Scenario};
@@ -45,28 +46,6 @@ impl Perception for TruthPerception {
     }
 }
 
-/// Whichever perception the scenario names.
-enum AnyPerception {
-    Paper(Box<PaperPerception>),
-    Truth(TruthPerception),
-}
-
-impl Perception for AnyPerception {
-    fn perceive(&mut self, frame: &Frame<'_>, mount: MountAngles) -> Measurement {
-        match self {
-            Self::Paper(paper) => paper.perceive(frame, mount),
-            Self::Truth(truth) => truth.perceive(frame, mount),
-        }
-    }
-
-    fn lines(&self) -> &[StripeLine] {
-        match self {
-            Self::Paper(paper) => paper.lines(),
-            Self::Truth(truth) => truth.lines(),
-        }
-    }
-}
-
 impl Pilot {
     /// The robot's own navigator, as the scenario describes it.
     pub fn of(scenario: &Scenario) -> Self {
@@ -76,14 +55,11 @@ impl Pilot {
     /// The robot's own navigator with another control law.
     pub fn with_law(scenario: &Scenario, law: impl ControlLaw + 'static) -> Self {
         let (perception, truth) = match scenario.perception.pipeline {
-            Pipeline::Paper => {
-                let paper = PaperPerception::new(scenario.rig.clone(), paper_params(scenario));
-                (AnyPerception::Paper(Box::new(paper)), None)
-            }
             Pipeline::Truth => {
                 let feed = TruthFeed::default();
-                (AnyPerception::Truth(TruthPerception(feed.clone())), Some(feed))
+                (Box::new(TruthPerception(feed.clone())) as Box<dyn Perception>, Some(feed))
             }
+            Pipeline::Robust | Pipeline::Paper => (perception(scenario), None),
         };
         Self { navigator: Box::new(navigator(scenario, perception, law)), truth }
     }
@@ -97,6 +73,14 @@ impl Pilot {
 impl<N: Navigator + 'static> From<N> for Pilot {
     fn from(navigator: N) -> Self {
         Self { navigator: Box::new(navigator), truth: None }
+    }
+}
+
+/// The perception that reads a scenario's images: where it steers by the truth, the one it would read them by.
+pub fn perception(scenario: &Scenario) -> Box<dyn Perception> {
+    match scenario.perception.pipeline {
+        Pipeline::Paper => Box::new(PaperPerception::new(scenario.rig.clone(), paper_params(scenario))),
+        Pipeline::Robust | Pipeline::Truth => Box::new(RobustPerception::new(scenario.rig.clone(), robust_params(scenario))),
     }
 }
 
@@ -122,6 +106,11 @@ pub fn koh_cho_params(scenario: &Scenario) -> KohChoParams {
 /// Parameters of the paper's pipeline: the duct's width is what the navigator is told.
 pub fn paper_params(scenario: &Scenario) -> PaperParams {
     PaperParams { duct_width_m: scenario.navigation.width_m, ..scenario.perception.paper.clone() }
+}
+
+/// Parameters of the robust pipeline: the duct's width is what the navigator is told.
+pub fn robust_params(scenario: &Scenario) -> RobustParams {
+    RobustParams { duct_width_m: scenario.navigation.width_m, ..scenario.perception.robust.clone() }
 }
 
 /// Parameters of automatic exposure.

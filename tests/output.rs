@@ -97,8 +97,14 @@ fn made_up(scenario: &Scenario, lateral_m: f64) -> RunRecord {
                 lateral_m: seen(lateral_m + 0.001),
                 heading_rad: seen(-0.1 * lateral_m),
                 width_m: seen(0.501),
-                left: seen(0.25).map(|distance_m| WallMeasurement { distance_m, heading_rad: 0.01, points: 321 }),
+                left: seen(0.25).map(|distance_m| WallMeasurement {
+                    distance_m,
+                    heading_rad: 0.01,
+                    points: 321,
+                    deviation: None,
+                }),
                 right: None,
+                ..Measurement::default()
             },
             state: if blind { State::Coasting } else { State::Tracking },
             lines: lines.len(),

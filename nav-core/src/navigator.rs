@@ -7,7 +7,7 @@ use crate::control::{ControlLaw, PathState};
 use crate::exposure::AutoExposure;
 use crate::messages::{Command, Counts, Frame, Sides, Tick};
 use crate::odometry::{DriveModel, advance};
-use crate::perception::{Measurement, Perception, StripeLine};
+use crate::perception::{Measurement, Perception, Stages};
 use crate::rig::MountAngles;
 
 /// Steers a robot: one call a frame, and nothing else reaches it from the world.
@@ -42,8 +42,8 @@ pub struct Report<'a> {
     pub state: State,
     /// What the frame said of where the robot stood at the exposure.
     pub measurement: Measurement,
-    /// The lines found in it.
-    pub lines: &'a [StripeLine],
+    /// What the stages of its perception made of it.
+    pub stages: Stages<'a>,
 }
 
 /// Parameters of [`DuctNavigator`].
@@ -176,6 +176,6 @@ impl<P: Perception, L: ControlLaw> Navigator for DuctNavigator<P, L> {
     }
 
     fn report(&self) -> Report<'_> {
-        Report { state: self.state, measurement: self.measurement, lines: self.perception.lines() }
+        Report { state: self.state, measurement: self.measurement, stages: self.perception.stages() }
     }
 }

@@ -43,8 +43,8 @@ fn both_walls_give_the_pose_and_the_width() {
 fn every_assigned_line_lies_on_its_own_side_of_the_image() {
     let rig = wide();
     let (_, perception) = measure(&rig, PaperParams::default(), &image(&rig, &POSES[0], [true; 2]));
-    let assigned: Vec<_> = perception.lines().iter().filter_map(|line| Some((line.assigned?, line.ends_px))).collect();
-    assert_eq!(assigned.len(), 4, "{:?}", perception.lines());
+    let assigned: Vec<_> = perception.stages().lines.iter().filter_map(|line| Some((line.assigned?, line.ends_px))).collect();
+    assert_eq!(assigned.len(), 4, "{:?}", perception.stages().lines);
     for ((_, wall), ends) in assigned {
         assert!(ends.iter().all(|[u, _]| (*u < 320.0) == (wall == Wall::Left)), "{wall:?}: {ends:?}");
     }
@@ -168,7 +168,7 @@ proptest! {
         for value in [measured.lateral_m, measured.heading_rad, measured.width_m].into_iter().flatten() {
             prop_assert!(value.is_finite());
         }
-        for line in perception.lines() {
+        for line in perception.stages().lines {
             prop_assert!(line.ends_px.iter().flatten().all(|v| v.is_finite()));
         }
     }

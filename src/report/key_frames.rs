@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use ductloop_nav::perception::Wall;
 use minijinja::{Value, context};
 
 use super::ReportError;
@@ -43,10 +44,11 @@ fn figure(scenario: &Scenario, run: &RunRecord, key: &KeyFrame) -> Result<Value,
         let what = match line.assigned {
             Some((laser, wall)) => {
                 let name = scenario.rig.lasers.get(laser).map_or("?", |laser| laser.name.as_str());
-                format!(
-                    "laser {name} on the {} wall",
-                    if wall == ductloop_nav::perception::Wall::Left { "left" } else { "right" }
-                )
+                match wall {
+                    Wall::Left | Wall::Right => format!("laser {name} on the {} wall", wall.word()),
+                    Wall::Floor | Wall::Ceiling => format!("laser {name} on the {}", wall.word()),
+                    Wall::Ahead => format!("laser {name} on the wall ahead"),
+                }
             }
             None => "no laser".to_owned(),
         };

@@ -8,6 +8,7 @@ use ductloop_duct::network::{End, Network, NetworkError};
 use ductloop_nav::angle::rotation_about_z;
 use ductloop_nav::control::koh_cho::KohChoParams;
 use ductloop_nav::perception::paper::PaperParams;
+use ductloop_nav::perception::robust::RobustParams;
 use ductloop_nav::rig::Rig;
 use ductloop_sensor::optics::Optics;
 use ductloop_sensor::renderer::MAX_LASERS;
@@ -111,11 +112,15 @@ pub struct Perception {
     pub pipeline: Pipeline,
     /// Parameters of the paper's chain. Its `duct_width_m` does not count: [`Navigation::width_m`] does.
     pub paper: PaperParams,
+    /// Parameters of the robust pipeline. Its `duct_width_m` does not count either.
+    pub robust: RobustParams,
 }
 
 /// A way from images to errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pipeline {
+    /// Sub-pixel centres, walls and deviations, robust against what does not belong to a stripe.
+    Robust,
     /// The paper's chain.
     Paper,
     /// The true errors, without looking at any image.
@@ -266,9 +271,18 @@ pub enum FaultKind {
 }
 
 impl Pipeline {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Robust, Self::Paper, Self::Truth];
+
+    /// The pipeline that a word names.
+    pub fn of(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|pipeline| pipeline.word() == word)
+    }
+
     /// The word for it in a scenario.
     pub fn word(self) -> &'static str {
         match self {
+            Self::Robust => "robust",
             Self::Paper => "paper",
             Self::Truth => "truth",
         }

@@ -4,6 +4,7 @@
 use ductloop_duct::network::End;
 use ductloop_nav::control::koh_cho::KohChoParams;
 use ductloop_nav::perception::paper::PaperParams;
+use ductloop_nav::perception::robust::RobustParams;
 use ductloop_nav::rig::{Camera, Distortion, LineWidth, Mount, MountAngles, Rig};
 use ductloop_sensor::optics::Optics;
 use ductloop_sim::spec::RobotSpec;
@@ -190,7 +191,7 @@ fn blank() -> Scenario {
         exposure_s: None,
         auto_exposure: AutoExposure { target_dn: 1.0, exposure_s: [1e-3; 2], laser_power: [1.0; 2] },
         optics: Optics::default(),
-        perception: Perception { pipeline: Pipeline::Paper, paper: PaperParams::default() },
+        perception: Perception { pipeline: Pipeline::Robust, paper: PaperParams::default(), robust: RobustParams::default() },
         control: Control { law: Law::KohCho, koh_cho: KohChoParams::default(), wheel_bandwidth_rad_s: 0.0 },
         navigation: Navigation { width_m: 1.0, coast_s: 0.0 },
         duct: Duct {

@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     fn proposal(line: usize, laser: usize, distance_m: f64, points: usize) -> Proposal {
-        let measured = WallMeasurement { distance_m, heading_rad: 0.01, points };
+        let measured = WallMeasurement { distance_m, heading_rad: 0.01, points, deviation: None };
         Proposal { line, laser, wall: Wall::Left, measured, lambda: 1.0 }
     }
 

@@ -54,14 +54,15 @@ pub fn measure(
     let paper = errors(toward, normal.x, plane.distance_m / level, camera.x, 0.0);
     let distance_m = -paper.e_v_m + beside_m * libm::cos(paper.e_theta_rad);
     let heading_rad = if wall == Wall::Left { paper.e_theta_rad } else { -paper.e_theta_rad };
-    Some((wall, WallMeasurement { distance_m, heading_rad, points }))
+    Some((wall, WallMeasurement { distance_m, heading_rad, points, deviation: None }))
 }
 
-/// Lateral error of the base, left positive, in a duct of width `width_m`.
-pub fn lateral_m(wall: Wall, measured: &WallMeasurement, width_m: f64) -> f64 {
+/// Lateral error of the base, left positive, in a duct of width `width_m`; only side walls show it.
+pub fn lateral_m(wall: Wall, measured: &WallMeasurement, width_m: f64) -> Option<f64> {
     match wall {
-        Wall::Left => width_m / 2.0 - measured.distance_m,
-        Wall::Right => measured.distance_m - width_m / 2.0,
+        Wall::Left => Some(width_m / 2.0 - measured.distance_m),
+        Wall::Right => Some(measured.distance_m - width_m / 2.0),
+        Wall::Floor | Wall::Ceiling | Wall::Ahead => None,
     }
 }
 
@@ -92,7 +93,7 @@ mod tests {
                     assert_eq!(seen, wall);
                     assert!((measured.distance_m - from_base).abs() < 1e-12, "{wall:?}: {measured:?}, expected {from_base}");
                     assert!((measured.heading_rad - heading).abs() < 1e-12, "{wall:?}: {measured:?}");
-                    assert!((lateral_m(wall, &measured, width_m) - lateral).abs() < 1e-12);
+                    assert!((lateral_m(wall, &measured, width_m).expect("a side wall") - lateral).abs() < 1e-12);
                 }
             }
         }

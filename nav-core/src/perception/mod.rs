@@ -19,36 +19,75 @@ pub mod assignment;
 pub mod bit_image;
 pub mod duct_error;
 pub mod hough;
+pub mod lens;
 pub mod line_fit;
 pub mod morphology;
 pub mod paper;
+pub mod robust;
 pub mod scan;
 pub mod thinning;
 pub mod threshold;
 pub mod triangulation;
 pub mod wall_plane;
 
+use nalgebra::Matrix3;
+
 use crate::messages::Frame;
 use crate::rig::MountAngles;
+use wall_plane::WallPlane;
 
-/// A side wall of the duct.
+/// A face of the duct, as the robot meets it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Wall {
     /// The wall on the robot's left.
     Left,
     /// The wall on the robot's right.
     Right,
+    /// The floor that the robot stands on.
+    Floor,
+    /// The ceiling.
+    Ceiling,
+    /// A wall across the duct, ahead.
+    Ahead,
 }
 
-/// A side wall as the camera saw it, in the base frame.
+impl Wall {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Left, Self::Right, Self::Floor, Self::Ceiling, Self::Ahead];
+
+    /// The word for it in files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Left => "left",
+            Self::Right => "right",
+            Self::Floor => "floor",
+            Self::Ceiling => "ceiling",
+            Self::Ahead => "ahead",
+        }
+    }
+}
+
+/// A wall as the camera saw it, in the base frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WallMeasurement {
     /// Distance of the wall's plane from the base's origin, in metres.
     pub distance_m: f64,
-    /// Heading of the robot relative to this wall, anticlockwise positive, in radians.
+    /// Heading of the robot relative to this wall, anticlockwise positive, in radians: zero where a side wall runs along the
+    /// robot, and where it faces a wall ahead squarely. Floor and ceiling show no heading: zero.
     pub heading_rad: f64,
     /// Stripe points that the plane rests on.
     pub points: usize,
+    /// Standard deviations of both; `None` from a perception that states none.
+    pub deviation: Option<WallDeviation>,
+}
+
+/// Standard deviations of a wall's distance and heading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WallDeviation {
+    /// Of the distance, in metres.
+    pub distance_m: f64,
+    /// Of the heading, in radians.
+    pub heading_rad: f64,
 }
 
 /// What one frame says about where the robot stood at its exposure. What was not seen is `None`.
@@ -60,10 +99,46 @@ pub struct Measurement {
     pub heading_rad: Option<f64>,
     /// Width of the duct, where both walls were seen, in metres.
     pub width_m: Option<f64>,
+    /// Height of the duct, where the ceiling was seen, in metres.
+    pub height_m: Option<f64>,
+    /// Standard deviations of these four, where they were seen; `None` from a perception that states none.
+    pub deviation: Deviation,
     /// The left wall.
     pub left: Option<WallMeasurement>,
     /// The right wall.
     pub right: Option<WallMeasurement>,
+    /// The floor.
+    pub floor: Option<WallMeasurement>,
+    /// The ceiling.
+    pub ceiling: Option<WallMeasurement>,
+    /// A wall across the duct, ahead.
+    pub ahead: Option<WallMeasurement>,
+}
+
+/// Standard deviations of a [`Measurement`], in its units.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Deviation {
+    /// Of the lateral offset, in metres.
+    pub lateral_m: Option<f64>,
+    /// Of the heading, in radians.
+    pub heading_rad: Option<f64>,
+    /// Of the width, in metres.
+    pub width_m: Option<f64>,
+    /// Of the height, in metres.
+    pub height_m: Option<f64>,
+}
+
+impl Measurement {
+    /// What was measured of a wall.
+    pub fn wall(&self, wall: Wall) -> Option<&WallMeasurement> {
+        match wall {
+            Wall::Left => self.left.as_ref(),
+            Wall::Right => self.right.as_ref(),
+            Wall::Floor => self.floor.as_ref(),
+            Wall::Ceiling => self.ceiling.as_ref(),
+            Wall::Ahead => self.ahead.as_ref(),
+        }
+    }
 }
 
 /// A line found in the image, for those who want to look over the robot's shoulder.
@@ -79,13 +154,68 @@ pub struct StripeLine {
     pub residual_px: f64,
 }
 
-/// Reads frames. The paper's chain is one; a user's own may take its place.
+/// The middle of a stripe in one column of the image, or in one row where stripes run down the image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StripeCentre {
+    /// Column, in pixels, as the camera shows it: lens distortion is not taken out.
+    pub u_px: f64,
+    /// Row, in pixels.
+    pub v_px: f64,
+    /// Standard deviation across the column (or row), in pixels.
+    pub sigma_px: f64,
+    /// Which laser and wall it was taken for; `None` for one that was found and left.
+    pub assigned: Option<(usize, Wall)>,
+}
+
+/// A wall's plane in the camera frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeenPlane {
+    /// Which wall it is.
+    pub wall: Wall,
+    /// The plane k . x = d.
+    pub plane: WallPlane,
+    /// Covariance of m = k / d, in 1/m^2; `None` from a perception that states none.
+    pub covariance: Option<Matrix3<f64>>,
+    /// Stripe points that it rests on.
+    pub points: usize,
+}
+
+impl SeenPlane {
+    /// Standard deviation of the distance d from the camera, in metres: d = 1 / |m|, so its gradient by m is -d^2 k.
+    pub fn distance_sigma_m(&self) -> Option<f64> {
+        let (k, d) = (self.plane.normal.into_inner(), self.plane.distance_m);
+        self.covariance.map(|covariance| d * d * k.dot(&(covariance * k)).max(0.0).sqrt())
+    }
+}
+
+/// What the stages of a perception made of the last frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Stages<'a> {
+    /// Stripe centres.
+    pub centres: &'a [StripeCentre],
+    /// Lines.
+    pub lines: &'a [StripeLine],
+    /// Walls.
+    pub planes: &'a [SeenPlane],
+}
+
+/// Reads frames. The robust pipeline and the paper's chain are two; a user's own may take their place.
 pub trait Perception: Send {
     /// What this frame says. `mount` is where the mount pointed at the exposure.
     fn perceive(&mut self, frame: &Frame<'_>, mount: MountAngles) -> Measurement;
 
-    /// The lines found in the last frame.
-    fn lines(&self) -> &[StripeLine] {
-        &[]
+    /// What its stages made of the last frame; a perception that tells nothing still perceives.
+    fn stages(&self) -> Stages<'_> {
+        Stages::default()
+    }
+}
+
+impl<P: Perception + ?Sized> Perception for Box<P> {
+    fn perceive(&mut self, frame: &Frame<'_>, mount: MountAngles) -> Measurement {
+        (**self).perceive(frame, mount)
+    }
+
+    fn stages(&self) -> Stages<'_> {
+        (**self).stages()
     }
 }

@@ -16,7 +16,7 @@ use super::thinning::{self, ExpectedThickness, StripePoint, ThicknessLimits};
 use super::threshold::{self, LocalThreshold};
 use super::triangulation::{Triangulation, ray_from_pixel};
 use super::wall_plane::{JointFit, Line3, WallPlane};
-use super::{Measurement, Perception, StripeLine, Wall, WallMeasurement};
+use super::{Measurement, Perception, SeenPlane, Stages, StripeCentre, StripeLine, Wall, WallMeasurement};
 use crate::messages::Frame;
 use crate::rig::{MountAngles, Rig, Transform};
 
@@ -103,6 +103,8 @@ const MAX_LINES: usize = 10;
 const HOUGH_INLIER_PX: f64 = 3.0;
 /// No line is trusted beyond this, in pixels, however well its points lie.
 const LEAST_RESIDUAL_PX: f64 = 0.05;
+/// The scatter that is stated for a point on no line, in pixels: a binary run's.
+const UNFITTED_SIGMA_PX: f64 = 0.5;
 /// How often a line is refitted to the points near it.
 const REFITS: usize = 2;
 
@@ -130,6 +132,8 @@ pub struct PaperPerception {
     lines: Vec<ScanLine>,
     proposals: Vec<Proposal>,
     seen: Vec<StripeLine>,
+    centres: Vec<StripeCentre>,
+    planes: Vec<SeenPlane>,
 }
 
 impl PaperPerception {
@@ -165,6 +169,8 @@ impl PaperPerception {
             lines: Vec::with_capacity(MAX_LINES),
             proposals: Vec::with_capacity(MAX_LINES * rig.lasers.len()),
             seen: Vec::with_capacity(MAX_LINES),
+            centres: Vec::new(),
+            planes: Vec::with_capacity(2),
             rig,
             params,
         }
@@ -275,7 +281,11 @@ impl PaperPerception {
         }?;
         let points = a.measured.points + b.measured.points;
         let (side, measured) = duct_error::measure(&plane, base_from_camera, points, self.limits.max_heading_rad)?;
-        (side == wall).then_some(measured)
+        if side != wall {
+            return None;
+        }
+        self.planes.push(SeenPlane { wall, plane, covariance: None, points });
+        Some(measured)
     }
 
     /// Equation 16: the 3D line through the ends of a stripe, by equation 1.
@@ -317,6 +327,18 @@ impl PaperPerception {
             residual_px: line.residual_px,
         }));
     }
+
+    /// The points as they were assigned, each with the scatter of its line.
+    fn show_centres(&mut self) {
+        let across = self.across;
+        self.centres.clear();
+        self.centres.extend(self.points.iter().zip(&self.line_of).map(|(point, owner)| {
+            let line = self.seen.get(usize::from(*owner));
+            let [u_px, v_px] = across.pixel(point.x_px, point.centre_px);
+            let sigma_px = line.map_or(UNFITTED_SIGMA_PX, |line| line.residual_px.max(LEAST_RESIDUAL_PX));
+            StripeCentre { u_px, v_px, sigma_px, assigned: line.and_then(|line| line.assigned) }
+        }));
+    }
 }
 
 impl Perception for PaperPerception {
@@ -332,13 +354,15 @@ impl Perception for PaperPerception {
                 self.proposals.extend(proposal);
             }
         }
+        self.planes.clear();
         let left = self.find_wall(Wall::Left, &base_from_camera);
         let right = self.find_wall(Wall::Right, &base_from_camera);
+        self.show_centres();
         combine(left, right, self.params.duct_width_m)
     }
 
-    fn lines(&self) -> &[StripeLine] {
-        &self.seen
+    fn stages(&self) -> Stages<'_> {
+        Stages { centres: &self.centres, lines: &self.seen, planes: &self.planes }
     }
 }
 
@@ -347,8 +371,8 @@ impl Perception for PaperPerception {
 pub fn combine(left: Option<WallMeasurement>, right: Option<WallMeasurement>, duct_width_m: f64) -> Measurement {
     let (lateral_m, heading_rad) = match (left, right) {
         (None, None) => (None, None),
-        (Some(one), None) => (Some(duct_error::lateral_m(Wall::Left, &one, duct_width_m)), Some(one.heading_rad)),
-        (None, Some(one)) => (Some(duct_error::lateral_m(Wall::Right, &one, duct_width_m)), Some(one.heading_rad)),
+        (Some(one), None) => (duct_error::lateral_m(Wall::Left, &one, duct_width_m), Some(one.heading_rad)),
+        (None, Some(one)) => (duct_error::lateral_m(Wall::Right, &one, duct_width_m), Some(one.heading_rad)),
         (Some(l), Some(r)) => {
             let share = l.points as f64 / (l.points + r.points) as f64;
             let heading = share * l.heading_rad + (1.0 - share) * r.heading_rad;
@@ -356,7 +380,7 @@ pub fn combine(left: Option<WallMeasurement>, right: Option<WallMeasurement>, du
         }
     };
     let width_m = left.zip(right).map(|(l, r)| l.distance_m + r.distance_m);
-    Measurement { lateral_m, heading_rad, width_m, left, right }
+    Measurement { lateral_m, heading_rad, width_m, left, right, ..Measurement::default() }
 }
 
 #[cfg(test)]
@@ -365,7 +389,7 @@ mod tests {
 
     #[test]
     fn both_walls_share_in_the_answer_by_their_points() {
-        let wall = |distance_m, heading_rad, points| WallMeasurement { distance_m, heading_rad, points };
+        let wall = |distance_m, heading_rad, points| WallMeasurement { distance_m, heading_rad, points, deviation: None };
         let (left, right) = (wall(0.2, 0.10, 300), wall(0.31, 0.02, 100));
         let both = combine(Some(left), Some(right), 0.5);
         // Nearer to the left wall than to the right one by 110 mm, so 55 mm to the left of the middle.

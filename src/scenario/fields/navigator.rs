@@ -12,12 +12,11 @@ pub(super) const TABLES: &[TableRow] = &[
 pub(super) const FIELDS: &[Field] = &[
     Field::word(
         "perception.pipeline",
-        &["paper", "truth"],
+        &["robust", "paper", "truth"],
         |s| s.perception.pipeline.word(),
-        |s, word| s.perception.pipeline = if word == "truth" { Pipeline::Truth } else { Pipeline::Paper },
+        |s, word| s.perception.pipeline = Pipeline::of(word).unwrap_or(Pipeline::Robust),
     )
-    .default("\"paper\"")
-    .refuse(&[("robust", "the robust pipeline is not in this version yet: \"paper\" and \"truth\" are")])
+    .default("\"robust\"")
     .about("\"paper\" is the paper's chain, \"truth\" steers by the true errors, to tell what perception costs."),
     Field::word("control.law", &["koh-cho"], |s| s.control.law.word(), |s, _| s.control.law = Law::KohCho)
         .default("\"koh-cho\"")
