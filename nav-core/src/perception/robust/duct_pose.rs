@@ -1,0 +1,150 @@
+//! From walls in the camera frame to where the robot stands in the duct, each figure with its standard deviation.
+//!
+//! An upright wall is the line a x + b y = 1 in the level plane through the camera, (a, b) being m turned into the base frame. With
+//! the camera at (cx, cy), its distance from the base's origin is (1 + a cx + b cy) / |(a, b)|, and the robot's heading against it
+//! atan(a / b) for a side wall and atan(-b / a) for one ahead. The covariance of m goes through the derivatives.
+
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix4, Matrix4x3, Vector2, Vector4};
+
+use super::super::{Deviation, Measurement, Wall, WallDeviation, WallMeasurement};
+use super::plane_fit::Plane;
+use super::proposal::Upright;
+
+/// An upright wall: distance from the base's origin and heading against it, with their covariance.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Side {
+    pub(super) distance_m: f64,
+    pub(super) heading_rad: f64,
+    pub(super) covariance: Matrix2<f64>,
+    pub(super) points: usize,
+}
+
+impl Side {
+    pub(super) fn of(wall: Wall, plane: &Plane, upright: &Upright) -> Self {
+        let rotation = upright.base_from_camera.rotation;
+        let turn: Matrix3<f64> = *rotation.to_rotation_matrix().matrix();
+        let (m, covariance) = (turn * plane.m, turn * plane.covariance * turn.transpose());
+        let camera = upright.base_from_camera.translation.vector;
+        let (a, b) = (m.x, m.y);
+        let level2 = a * a + b * b;
+        let level = level2.sqrt();
+        let distance_m = (1.0 + a * camera.x + b * camera.y) / level;
+        let heading_rad = match wall {
+            Wall::Ahead => libm::atan(-b / a),
+            _ => libm::atan(a / b),
+        };
+        // Both headings have the same derivatives.
+        let jacobian = Matrix2x3::new(
+            camera.x / level - distance_m * a / level2,
+            camera.y / level - distance_m * b / level2,
+            0.0,
+            b / level2,
+            -a / level2,
+            0.0,
+        );
+        let covariance = jacobian * covariance * jacobian.transpose();
+        Self { distance_m, heading_rad, covariance, points: plane.counts.iter().sum() }
+    }
+
+    fn measurement(&self) -> WallMeasurement {
+        WallMeasurement {
+            distance_m: self.distance_m,
+            heading_rad: self.heading_rad,
+            points: self.points,
+            deviation: Some(WallDeviation {
+                distance_m: self.covariance[(0, 0)].max(0.0).sqrt(),
+                heading_rad: self.covariance[(1, 1)].max(0.0).sqrt(),
+            }),
+        }
+    }
+}
+
+/// A level wall: its height above the base's origin and the deviation of that.
+fn level(plane: &Plane, upright: &Upright) -> (f64, f64) {
+    // m . p = 1 straight above or below the camera: h = 1 / (m . up).
+    let along = plane.m.dot(&upright.up);
+    let variance = upright.up.dot(&(plane.covariance * upright.up));
+    (upright.height_m + 1.0 / along, variance.max(0.0).sqrt() / (along * along))
+}
+
+/// What the walls say. `width_m` stands in for the wall that is not seen.
+pub(super) fn measure(planes: &[(Wall, Plane)], upright: &Upright, width_m: f64) -> Measurement {
+    let of = |wall: Wall| planes.iter().find(|(w, _)| *w == wall).map(|(_, plane)| plane);
+    let side = |wall: Wall| of(wall).map(|plane| Side::of(wall, plane, upright));
+    let (left, right) = (side(Wall::Left), side(Wall::Right));
+    let level_wall = |wall: Wall| {
+        let plane = of(wall)?;
+        let (height_m, sigma_m) = level(plane, upright);
+        let distance_m = if wall == Wall::Floor { -height_m } else { height_m };
+        let deviation = Some(WallDeviation { distance_m: sigma_m, heading_rad: 0.0 });
+        Some(WallMeasurement { distance_m, heading_rad: 0.0, points: plane.counts.iter().sum(), deviation })
+    };
+    let (floor, ceiling) = (level_wall(Wall::Floor), level_wall(Wall::Ceiling));
+    // The base stands on the floor: without sight of it, its height is zero.
+    let height_m = ceiling.map(|ceiling| ceiling.distance_m);
+    let height_sigma = ceiling.and_then(|ceiling| ceiling.deviation).map(|deviation| deviation.distance_m);
+    let walls = Measurement {
+        height_m,
+        left: left.as_ref().map(Side::measurement),
+        right: right.as_ref().map(Side::measurement),
+        floor,
+        ceiling,
+        ahead: side(Wall::Ahead).as_ref().map(Side::measurement),
+        ..Measurement::default()
+    };
+    let pose = match (&left, &right) {
+        (None, None) => return Measurement { deviation: Deviation { height_m: height_sigma, ..Deviation::default() }, ..walls },
+        (Some(one), None) => single(one, width_m / 2.0 - one.distance_m),
+        (None, Some(one)) => single(one, one.distance_m - width_m / 2.0),
+        (Some(left), Some(right)) => both(left, right),
+    };
+    Measurement {
+        lateral_m: Some(pose.lateral_m[0]),
+        heading_rad: Some(pose.heading_rad[0]),
+        width_m: pose.width_m.map(|width| width[0]),
+        deviation: Deviation {
+            lateral_m: Some(pose.lateral_m[1]),
+            heading_rad: Some(pose.heading_rad[1]),
+            width_m: pose.width_m.map(|width| width[1]),
+            height_m: height_sigma,
+        },
+        ..walls
+    }
+}
+
+/// Values and their standard deviations.
+struct Pose {
+    lateral_m: [f64; 2],
+    heading_rad: [f64; 2],
+    width_m: Option<[f64; 2]>,
+}
+
+fn single(wall: &Side, lateral_m: f64) -> Pose {
+    let sigma = |i: usize| wall.covariance[(i, i)].max(0.0).sqrt();
+    Pose { lateral_m: [lateral_m, sigma(0)], heading_rad: [wall.heading_rad, sigma(1)], width_m: None }
+}
+
+/// Both walls of a duct whose walls are parallel: distances and one heading, by least squares. Where the two headings differ by more
+/// than their deviations allow, all deviations grow by as much: the walls are not parallel, or one of them is not what it seems.
+fn both(left: &Side, right: &Side) -> Pose {
+    let mut weight = Matrix4::zeros();
+    for (i, side) in [left, right].into_iter().enumerate() {
+        let inverse = side.covariance.try_inverse().unwrap_or_else(Matrix2::zeros);
+        weight.fixed_view_mut::<2, 2>(2 * i, 2 * i).copy_from(&inverse);
+    }
+    let design = Matrix4x3::new(1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+    let seen = Vector4::new(left.distance_m, left.heading_rad, right.distance_m, right.heading_rad);
+    let information = design.transpose() * weight * design;
+    let Some(covariance) = information.try_inverse() else { return single(left, (right.distance_m - left.distance_m) / 2.0) };
+    let found = covariance * (design.transpose() * (weight * seen));
+    let off = seen - design * found;
+    let scatter = off.dot(&(weight * off)).max(1.0);
+    let covariance = covariance * scatter;
+    let ends = covariance.fixed_view::<2, 2>(0, 0).into_owned();
+    let sigma = |by: Vector2<f64>| by.dot(&(ends * by)).max(0.0).sqrt();
+    Pose {
+        lateral_m: [(found[1] - found[0]) / 2.0, sigma(Vector2::new(-0.5, 0.5))],
+        heading_rad: [found[2], covariance[(2, 2)].max(0.0).sqrt()],
+        width_m: Some([found[0] + found[1], sigma(Vector2::new(1.0, 1.0))]),
+    }
+}

@@ -1,0 +1,209 @@
+//! A wall's stripe measured column by column, and cleaned of what does not belong to it.
+
+use super::centre::{self, Noise};
+use super::chain::Segment;
+use super::stripe::{Projector, StripePoint};
+use super::view::View;
+use nalgebra::Vector3;
+
+/// A centre as measured.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Point {
+    /// Column and row in scan coordinates.
+    pub(super) x_px: f64,
+    pub(super) y_px: f64,
+    /// Standard deviation of the row.
+    pub(super) sigma_px: f64,
+    /// Its ray, and that ray's inverse depth on the laser's plane.
+    pub(super) ray: Vector3<f64>,
+    pub(super) inverse_depth: f64,
+    /// How the ray changes down the column, a pixel.
+    pub(super) ray_by_y: Vector3<f64>,
+    pub(super) laser: usize,
+    /// Thickness of the stripe there (standard deviation), in pixels.
+    pub(super) thickness_px: f64,
+    /// Distance from the row that the wall as proposed predicts.
+    pub(super) off_px: f64,
+}
+
+/// Where another stripe is: a line in scan coordinates, from x to x, and its thickness.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Neighbour {
+    pub(super) ends: [[f64; 2]; 2],
+    pub(super) sigma_px: f64,
+}
+
+impl Neighbour {
+    pub(super) fn of(segment: &Segment) -> Self {
+        Self { ends: segment.ends, sigma_px: segment.sigma_px }
+    }
+
+    /// Its row in column `x`, where it is or nearly is.
+    fn row(&self, x: f64) -> Option<f64> {
+        let [[x0, y0], [x1, y1]] = self.ends;
+        let beyond = BESIDE_PX + 2.0 * self.sigma_px;
+        (x >= x0 - beyond && x <= x1 + beyond).then(|| y0 + (y1 - y0) * (x - x0) / (x1 - x0).max(1.0))
+    }
+}
+
+/// How far beyond its seen ends another stripe is reckoned with, in pixels.
+const BESIDE_PX: f64 = 6.0;
+/// Nearer than this many standard deviations of both, another stripe moves a centre.
+const CROWDED: f64 = 3.0;
+/// A stripe stands out of the noise by so many standard deviations of its height.
+const LEAST_SNR: f64 = 5.0;
+/// A column whose light is no Gaussian has squared residuals so large.
+const MOST_CHI2: f64 = 4.0;
+/// A centre may be off the proposed wall's by this, in pixels and in standard deviations of the light.
+const GATE: [f64; 2] = [1.2, 0.35];
+/// Columns for which a bias is worked out anew.
+const BIAS_EVERY: usize = 8;
+/// Centres farther than this off the stripe's own line, in robust standard deviations, do not belong to it.
+const OUTLIER: f64 = 3.5;
+/// So many columns without a centre are the end of a piece of the stripe.
+const END_COLUMNS: f64 = 4.0;
+
+/// Measures the stripe of `laser` on the wall m . p = 1 over columns `from..to` and appends its centres.
+#[allow(clippy::too_many_arguments, reason = "what a stripe is measured with")]
+pub(super) fn stripe(
+    view: &View<'_>,
+    projector: &Projector,
+    m: &Vector3<f64>,
+    laser: usize,
+    [from, to]: [usize; 2],
+    neighbours: &[Neighbour],
+    noise: &Noise,
+    points: &mut Vec<Point>,
+) {
+    let first = points.len();
+    let mut guess_px = projector.size[1] as f64 / 2.0;
+    let mut amplitude: Option<f64> = None;
+    let mut bias = (usize::MAX, [0.0; 2]);
+    for x in from..to {
+        let Some(stripe) = projector.stripe(laser, m, x as f64, guess_px) else { continue };
+        guess_px = stripe.y_px;
+        let sigma = stripe.sigma_px;
+        let crowded = neighbours
+            .iter()
+            .any(|other| other.row(x as f64).is_some_and(|row| (row - stripe.y_px).abs() < CROWDED * (sigma + other.sigma_px)));
+        if crowded {
+            continue;
+        }
+        let height = amplitude.unwrap_or_else(|| standing(view, x, &stripe));
+        let Some(found) = centre::fit(view, x, stripe.y_px, sigma, height, noise) else { continue };
+        let off_px = found.y_px - stripe.y_px;
+        if found.amplitude < LEAST_SNR * found.amplitude_sigma
+            || found.chi2 > MOST_CHI2
+            || off_px.abs() > GATE[0] + GATE[1] * sigma
+        {
+            continue;
+        }
+        // The height goes into the variances: smoothed, so that a column's own noise does not choose its weights.
+        amplitude = Some(amplitude.map_or(found.amplitude, |before| before + 0.2 * (found.amplitude - before)));
+        if bias.0 != x / BIAS_EVERY {
+            bias = (x / BIAS_EVERY, unevenness(projector, m, laser, &stripe, x as f64));
+        }
+        let [linear, cubic] = bias.1;
+        let y_px = found.y_px - sigma * (linear + cubic * found.cubic);
+        if std::env::var("DBG").is_ok() && x % 40 == 0 { eprintln!("x {x} laser {laser} y {:.3} off {:.3} sigma {:.3} bias lin {:.4} cub {:.4} c3 {:.3} amp {:.2} chi2 {:.2} sig {:.3}", stripe.y_px, found.y_px - stripe.y_px, sigma, linear*sigma, cubic*sigma, found.cubic, found.amplitude, found.chi2, found.sigma_px); }
+        let ray = projector.ray(x as f64, y_px);
+        points.push(Point {
+            x_px: x as f64,
+            y_px,
+            sigma_px: found.sigma_px,
+            inverse_depth: projector.lasers[laser].inverse_plane.dot(&ray),
+            ray_by_y: projector.ray_by_scan(&ray)[1],
+            ray,
+            laser,
+            thickness_px: sigma,
+            off_px: y_px - stripe.y_px,
+        });
+    }
+    clean(points, first, [from as f64, to as f64 - 1.0], projector.size[0] as f64 - 1.0);
+}
+
+/// Height of what stands at a stripe's place above the least of its column there.
+fn standing(view: &View<'_>, x: usize, stripe: &StripePoint) -> f64 {
+    let reach = 3.0 * stripe.sigma_px + 2.0;
+    let row = |y: f64| y.clamp(0.0, view.size[1] as f64) as usize;
+    let (mut least, mut most) = (f64::INFINITY, 1.0);
+    view.column(x, row(stripe.y_px - reach), row(stripe.y_px + reach), |_, value| {
+        least = f64::min(least, value);
+        most = f64::max(most, value);
+    });
+    (most - least).max(1.0)
+}
+
+/// How a stripe's light departs from an even Gaussian about its middle, as coefficients of t/s and (t/s)^3: across the stripe the
+/// wall comes nearer, so that the light falls more squarely and is narrower and the pixels see more of it. A matt wall is assumed.
+fn unevenness(projector: &Projector, m: &Vector3<f64>, laser: usize, stripe: &StripePoint, x: f64) -> [f64; 2] {
+    let log_light = |t: f64| projector.log_light(laser, m, x, stripe.y_px + t);
+    let odd = |t: f64| (log_light(t) - log_light(-t)) / 2.0;
+    let (near, far) = (odd(stripe.sigma_px), odd(2.0 * stripe.sigma_px));
+    let cubic = (far - 2.0 * near) / 6.0;
+    [near - cubic, cubic]
+}
+
+/// Drops the centres from `first` on that do not lie on one line with the rest, and those at the ends of its pieces, where the light
+/// of the next wall, or a shadow's edge, has part in them.
+fn clean(points: &mut Vec<Point>, first: usize, [from, to]: [f64; 2], last_column: f64) {
+    let mut line = (0.0, 0.0, 0.0);
+    let mut limit = f64::INFINITY;
+    for _ in 0..4 {
+        let kept = |p: &&Point| (p.off_px - line.0 - line.1 * (p.x_px - line.2)).abs() <= limit.max(OUTLIER * p.sigma_px);
+        let (mut n, mut x, mut y) = (0.0, 0.0, 0.0);
+        points[first..].iter().filter(kept).for_each(|p| (n, x, y) = (n + 1.0, x + p.x_px, y + p.off_px));
+        if n < 3.0 {
+            points.truncate(first);
+            return;
+        }
+        let (x, y) = (x / n, y / n);
+        let (mut sxx, mut sxy, mut syy) = (0.0, 0.0, 0.0);
+        points[first..].iter().filter(kept).for_each(|p| {
+            let (dx, dy) = (p.x_px - x, p.off_px - y);
+            (sxx, sxy, syy) = (sxx + dx * dx, sxy + dx * dy, syy + dy * dy);
+        });
+        let slope = if sxx > 0.0 { sxy / sxx } else { 0.0 };
+        line = (y, slope, x);
+        limit = OUTLIER * ((syy - slope * sxy).max(0.0) / n).sqrt();
+    }
+    let belongs = |p: &Point| (p.off_px - line.0 - line.1 * (p.x_px - line.2)).abs() <= limit.max(OUTLIER * p.sigma_px);
+    // Walk over the pieces: a centre within a stripe's thickness of a piece's end goes, unless the image ends there.
+    let mut write = first;
+    let mut piece = first;
+    let mut read = first;
+    let mut kept_until = |points: &mut Vec<Point>, piece: usize, end: usize, write: &mut usize| {
+        let (a, b) = (points[piece].x_px, points[end - 1].x_px);
+        for i in piece..end {
+            let p = points[i];
+            let guard = (1.5 * p.thickness_px).max(2.0);
+            let inner_from = a <= 0.5 || p.x_px - a >= guard;
+            let inner_to = b >= last_column - 0.5 || b - p.x_px >= guard;
+            if inner_from && inner_to {
+                points[*write] = p;
+                *write += 1;
+            }
+        }
+    };
+    let _ = (from, to);
+    let mut compact = first;
+    while read < points.len() {
+        let p = points[read];
+        read += 1;
+        if belongs(&p) {
+            points[compact] = p;
+            compact += 1;
+        }
+    }
+    points.truncate(compact);
+    let mut i = first;
+    while i < compact {
+        let ends = i + 1 == compact || points[i + 1].x_px - points[i].x_px > END_COLUMNS;
+        if ends {
+            kept_until(points, piece, i + 1, &mut write);
+            piece = i + 1;
+        }
+        i += 1;
+    }
+    points.truncate(write);
+}

@@ -1,0 +1,178 @@
+//! The plane of a wall from all centres of its stripes, and its covariance.
+//!
+//! A centre whose row is off by e pixels is off the wall m . p = 1 by
+//!
+//! n . r / o - m . r = l . r = (l . r') e,  l = n / o - m,
+//!
+//! linear in m. Weighted by the centres' deviations, least squares over m is the maximum-likelihood estimate. Two things more are
+//! known. Walls stand upright (floors and ceilings lie level), up to a small lean: prior conditions on m. And all centres of a stripe
+//! may be off by one common error (light that is not as even as assumed, a filter that is not as symmetric): an unknown of its own for
+//! each stripe, with a prior deviation, eliminated from the normal equations (Schur complement). Where the centres scatter more than
+//! they say, the covariance is scaled by their chi-square.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::super::Wall;
+use super::measure::Point;
+use super::proposal::{MOST_LASERS, Upright};
+use super::stripe::Projector;
+
+/// What is known beforehand.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Priors {
+    /// Standard deviation of a wall's lean, in radians.
+    pub(super) lean_rad: f64,
+    /// Standard deviation of the floor's height below the camera, in metres.
+    pub(super) floor_m: f64,
+    /// Standard deviation of a stripe's common error: in pixels, and as a share of its thickness (standard deviation).
+    pub(super) offset: [f64; 2],
+}
+
+/// A wall's plane, m . p = 1.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plane {
+    pub(super) m: Vector3<f64>,
+    pub(super) covariance: Matrix3<f64>,
+    /// Centres of each laser's stripe.
+    pub(super) counts: [usize; MOST_LASERS],
+    /// Chi-square of the stripes' common errors and the lean against their priors: how well the stripes of two lasers agree.
+    pub(super) disagreement: f64,
+}
+
+/// Times that the weights, which hang on the plane, are renewed.
+const ROUNDS: usize = 3;
+
+/// Normal equations of one stripe.
+#[derive(Clone, Copy, Debug)]
+struct Stripe {
+    mm: Matrix3<f64>,
+    mo: Vector3<f64>,
+    oo: f64,
+    bm: Vector3<f64>,
+    bo: f64,
+    rest: f64,
+    count: usize,
+    thickness: f64,
+}
+
+impl Default for Stripe {
+    fn default() -> Self {
+        Self {
+            mm: Matrix3::zeros(),
+            mo: Vector3::zeros(),
+            oo: 0.0,
+            bm: Vector3::zeros(),
+            bo: 0.0,
+            rest: 0.0,
+            count: 0,
+            thickness: 0.0,
+        }
+    }
+}
+
+/// Fits `wall` to `points`, beginning at `m`. `None` where they do not span a plane.
+pub(super) fn fit(
+    wall: Wall,
+    start: &Vector3<f64>,
+    points: &[Point],
+    projector: &Projector,
+    upright: &Upright,
+    priors: &Priors,
+) -> Option<Plane> {
+    let mut m = *start;
+    let mut result = None;
+    for _ in 0..ROUNDS {
+        let stripes = add_up(&m, points, projector);
+        let (mut information, mut right) = prior(wall, &m, upright, priors);
+        let (prior_information, prior_right) = (information, right);
+        for stripe in stripes.iter().filter(|stripe| stripe.count > 0) {
+            let oo = stripe.oo + offset_weight(stripe, priors);
+            information += stripe.mm - stripe.mo * stripe.mo.transpose() / oo;
+            right += stripe.bm - stripe.mo * (stripe.bo / oo);
+        }
+        let scale = information.trace();
+        if !(scale.is_finite() && scale > 0.0) {
+            return None;
+        }
+        let inverse = (information / scale).cholesky()?.inverse() / scale;
+        m = inverse * right;
+        if !m.iter().all(|value| value.is_finite()) {
+            return None;
+        }
+        // Squares of the prior conditions: those of the floor's height have a constant, sure, besides.
+        let constant = prior_right.norm() / upright.height_m;
+        let leaning = m.dot(&(prior_information * m)) - 2.0 * m.dot(&prior_right) + constant;
+        result = Some(judge(m, inverse, leaning, &stripes, priors));
+    }
+    result
+}
+
+fn offset_weight(stripe: &Stripe, priors: &Priors) -> f64 {
+    let sigma = priors.offset[0] + priors.offset[1] * stripe.thickness / stripe.count as f64;
+    1.0 / (sigma * sigma)
+}
+
+fn add_up(m: &Vector3<f64>, points: &[Point], projector: &Projector) -> [Stripe; MOST_LASERS] {
+    let mut stripes = [Stripe::default(); MOST_LASERS];
+    for point in points {
+        let stripe = &mut stripes[point.laser];
+        let by_y = (projector.lasers[point.laser].inverse_plane - m).dot(&point.ray_by_y);
+        // In pixels: m . r / by_y = s / by_y + common error + noise.
+        let inverse = 1.0 / by_y;
+        let row = point.ray * inverse;
+        let value = point.inverse_depth * inverse;
+        let weight = 1.0 / (point.sigma_px * point.sigma_px);
+        stripe.mm += row * row.transpose() * weight;
+        stripe.mo += row * weight;
+        stripe.oo += weight;
+        stripe.bm += row * (weight * value);
+        stripe.bo += weight * value;
+        stripe.rest += weight * value * value;
+        stripe.count += 1;
+        stripe.thickness += point.thickness_px;
+    }
+    stripes
+}
+
+/// Normal equations of what is known of a wall beforehand: its lean, as conditions linear in m.
+fn prior(wall: Wall, m: &Vector3<f64>, upright: &Upright, priors: &Priors) -> (Matrix3<f64>, Vector3<f64>) {
+    let weight = 1.0 / (priors.lean_rad * priors.lean_rad * m.norm_squared());
+    let upward = upright.up * upright.up.transpose();
+    let level = Matrix3::identity() - upward;
+    match wall {
+        Wall::Left | Wall::Right | Wall::Ahead => (upward * weight, Vector3::zeros()),
+        Wall::Ceiling => (level * weight, Vector3::zeros()),
+        Wall::Floor => {
+            // The robot stands on it: the point below the camera, at -height up, is on the floor.
+            let below = upright.up * -upright.height_m;
+            let sure = (upright.height_m / priors.floor_m) * (upright.height_m / priors.floor_m);
+            (level * weight + below * below.transpose() * sure, below * sure)
+        }
+    }
+}
+
+fn judge(
+    m: Vector3<f64>,
+    inverse: Matrix3<f64>,
+    leaning: f64,
+    stripes: &[Stripe; MOST_LASERS],
+    priors: &Priors,
+) -> Plane {
+    let mut counts = [0; MOST_LASERS];
+    let (mut chi2, mut freedom, mut disagreement) = (0.0, -3.0, leaning);
+    for (stripe, count) in stripes.iter().zip(&mut counts) {
+        *count = stripe.count;
+        if stripe.count == 0 {
+            continue;
+        }
+        let prior = offset_weight(stripe, priors);
+        // The common error as it comes out, and what is left of the residuals without it.
+        let offset = (stripe.mo.dot(&m) - stripe.bo) / (stripe.oo + prior);
+        let squares = m.dot(&(stripe.mm * m)) - 2.0 * m.dot(&stripe.bm) + stripe.rest;
+        chi2 += squares - 2.0 * offset * (stripe.mo.dot(&m) - stripe.bo) + offset * offset * stripe.oo;
+        freedom += stripe.count as f64;
+        disagreement += offset * offset * prior;
+    }
+    let scatter = (chi2 / freedom.max(1.0)).max(1.0);
+    Plane { m, covariance: inverse * scatter, counts, disagreement }
+}
