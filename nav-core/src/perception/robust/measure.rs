@@ -1,6 +1,6 @@
 //! A wall's stripe measured column by column, and cleaned of what does not belong to it.
 
-use super::centre::{self, Noise};
+use super::centre::{self, Fitted, Noise};
 use super::chain::Segment;
 use super::stripe::{Projector, StripePoint};
 use super::view::View;
@@ -24,6 +24,8 @@ pub(super) struct Point {
     pub(super) thickness_px: f64,
     /// Distance from the row that the wall as proposed predicts.
     pub(super) off_px: f64,
+    /// Columns before it in which the stripe was looked for and not found.
+    misses: u32,
 }
 
 /// Where another stripe is: a line in scan coordinates, from x to x, and its thickness.
@@ -60,8 +62,11 @@ const GATE: [f64; 2] = [1.2, 0.35];
 const BIAS_EVERY: usize = 8;
 /// Centres farther than this off the stripe's own line, in robust standard deviations, do not belong to it.
 const OUTLIER: f64 = 3.5;
-/// So many columns without a centre are the end of a piece of the stripe.
-const END_COLUMNS: f64 = 4.0;
+/// So many columns in which it was looked for in vain are the end of a piece of a stripe.
+const END_COLUMNS: u32 = 4;
+/// At its ends a stripe is cut slantwise by the edge of its wall, and meets the stripe on the next: so many columns go, and so many
+/// more for a standard deviation of its light.
+const GUARD: [f64; 2] = [4.0, 6.0];
 
 /// Measures the stripe of `laser` on the wall m . p = 1 over columns `from..to` and appends its centres.
 #[allow(clippy::too_many_arguments, reason = "what a stripe is measured with")]
@@ -79,6 +84,7 @@ pub(super) fn stripe(
     let mut guess_px = projector.size[1] as f64 / 2.0;
     let mut amplitude: Option<f64> = None;
     let mut bias = (usize::MAX, [0.0; 2]);
+    let mut misses = 0;
     for x in from..to {
         let Some(stripe) = projector.stripe(laser, m, x as f64, guess_px) else { continue };
         guess_px = stripe.y_px;
@@ -90,14 +96,15 @@ pub(super) fn stripe(
             continue;
         }
         let height = amplitude.unwrap_or_else(|| standing(view, x, &stripe));
-        let Some(found) = centre::fit(view, x, stripe.y_px, sigma, height, noise) else { continue };
-        let off_px = found.y_px - stripe.y_px;
-        if found.amplitude < LEAST_SNR * found.amplitude_sigma
-            || found.chi2 > MOST_CHI2
-            || off_px.abs() > GATE[0] + GATE[1] * sigma
-        {
+        let good = |found: &Fitted| {
+            found.amplitude >= LEAST_SNR * found.amplitude_sigma
+                && found.chi2 <= MOST_CHI2
+                && (found.y_px - stripe.y_px).abs() <= GATE[0] + GATE[1] * sigma
+        };
+        let Some(found) = centre::fit(view, x, stripe.y_px, sigma, height, noise).filter(good) else {
+            misses += 1;
             continue;
-        }
+        };
         // The height goes into the variances: smoothed, so that a column's own noise does not choose its weights.
         amplitude = Some(amplitude.map_or(found.amplitude, |before| before + 0.2 * (found.amplitude - before)));
         if bias.0 != x / BIAS_EVERY {
@@ -105,7 +112,6 @@ pub(super) fn stripe(
         }
         let [linear, cubic] = bias.1;
         let y_px = found.y_px - sigma * (linear + cubic * found.cubic);
-        if std::env::var("DBG").is_ok() && x % 40 == 0 { eprintln!("x {x} laser {laser} y {:.3} off {:.3} sigma {:.3} bias lin {:.4} cub {:.4} c3 {:.3} amp {:.2} chi2 {:.2} sig {:.3}", stripe.y_px, found.y_px - stripe.y_px, sigma, linear*sigma, cubic*sigma, found.cubic, found.amplitude, found.chi2, found.sigma_px); }
         let ray = projector.ray(x as f64, y_px);
         points.push(Point {
             x_px: x as f64,
@@ -117,9 +123,10 @@ pub(super) fn stripe(
             laser,
             thickness_px: sigma,
             off_px: y_px - stripe.y_px,
+            misses,
         });
     }
-    clean(points, first, [from as f64, to as f64 - 1.0], projector.size[0] as f64 - 1.0);
+    clean(points, first, misses);
 }
 
 /// Height of what stands at a stripe's place above the least of its column there.
@@ -145,8 +152,9 @@ fn unevenness(projector: &Projector, m: &Vector3<f64>, laser: usize, stripe: &St
 }
 
 /// Drops the centres from `first` on that do not lie on one line with the rest, and those at the ends of its pieces, where the light
-/// of the next wall, or a shadow's edge, has part in them.
-fn clean(points: &mut Vec<Point>, first: usize, [from, to]: [f64; 2], last_column: f64) {
+/// of the next wall, or a shadow's edge, has part in them. The image's border is no such end, nor is a crossing stripe. `misses` is
+/// the count of columns without a centre in all.
+fn clean(points: &mut Vec<Point>, first: usize, misses: u32) {
     let mut line = (0.0, 0.0, 0.0);
     let mut limit = f64::INFINITY;
     for _ in 0..4 {
@@ -168,42 +176,43 @@ fn clean(points: &mut Vec<Point>, first: usize, [from, to]: [f64; 2], last_colum
         limit = OUTLIER * ((syy - slope * sxy).max(0.0) / n).sqrt();
     }
     let belongs = |p: &Point| (p.off_px - line.0 - line.1 * (p.x_px - line.2)).abs() <= limit.max(OUTLIER * p.sigma_px);
-    // Walk over the pieces: a centre within a stripe's thickness of a piece's end goes, unless the image ends there.
+    let mut lost = 0;
     let mut write = first;
-    let mut piece = first;
-    let mut read = first;
-    let mut kept_until = |points: &mut Vec<Point>, piece: usize, end: usize, write: &mut usize| {
-        let (a, b) = (points[piece].x_px, points[end - 1].x_px);
-        for i in piece..end {
-            let p = points[i];
-            let guard = (1.5 * p.thickness_px).max(2.0);
-            let inner_from = a <= 0.5 || p.x_px - a >= guard;
-            let inner_to = b >= last_column - 0.5 || b - p.x_px >= guard;
-            if inner_from && inner_to {
-                points[*write] = p;
-                *write += 1;
-            }
-        }
-    };
-    let _ = (from, to);
-    let mut compact = first;
-    while read < points.len() {
-        let p = points[read];
-        read += 1;
-        if belongs(&p) {
-            points[compact] = p;
-            compact += 1;
+    for read in first..points.len() {
+        let mut point = points[read];
+        if belongs(&point) {
+            point.misses += lost;
+            points[write] = point;
+            write += 1;
+        } else {
+            lost += 1;
         }
     }
-    points.truncate(compact);
-    let mut i = first;
-    while i < compact {
-        let ends = i + 1 == compact || points[i + 1].x_px - points[i].x_px > END_COLUMNS;
-        if ends {
-            kept_until(points, piece, i + 1, &mut write);
-            piece = i + 1;
+    points.truncate(write);
+    trim(points, first, misses + lost);
+}
+
+/// Drops the ends of the pieces that misses cut a stripe into.
+fn trim(points: &mut Vec<Point>, first: usize, misses: u32) {
+    let (mut write, mut from, mut before) = (first, first, 0);
+    while from < points.len() {
+        let cut = |i: usize| i + 1 < points.len() && points[i + 1].misses - points[i].misses >= END_COLUMNS;
+        let to = (from..points.len()).find(|i| cut(*i)).map_or(points.len(), |i| i + 1);
+        let after = points.get(to).map_or(misses, |point| point.misses);
+        let (start, end) = (points[from], points[to - 1]);
+        for i in from..to {
+            let point = points[i];
+            let guard = GUARD[0] + GUARD[1] * point.thickness_px;
+            let inside = (start.misses == before || point.x_px - start.x_px >= guard)
+                && (after == end.misses || end.x_px - point.x_px >= guard);
+            if inside {
+                points[write] = point;
+                write += 1;
+            }
         }
-        i += 1;
+        (from, before) = (to, after);
+        // The misses between two pieces belong to both their ends.
+        before = before.min(points.get(to).map_or(before, |_| end.misses));
     }
     points.truncate(write);
 }

@@ -82,8 +82,8 @@ impl Default for RobustParams {
             range_m: [0.08, 4.0],
             max_heading_rad: 35.0_f64.to_radians(),
             lean_rad: 0.5_f64.to_radians(),
-            offset_px: 0.01,
-            offset_share: 0.004,
+            offset_px: 0.006,
+            offset_share: 0.0008,
             min_centres: 24,
             duct_width_m: 0.5,
         }
@@ -178,7 +178,6 @@ impl RobustPerception {
         let RobustParams { lean_rad, offset_px, offset_share, .. } = self.params;
         let priors = Priors { lean_rad, floor_m: FLOOR_SIGMA_M, offset: [offset_px, offset_share] };
         let plane = plane_fit::fit(proposal.wall, &proposal.m, &self.points, &self.projector, upright, &priors)?;
-        if std::env::var("DBG").is_ok() { eprintln!("{:?} support {:?} start {:?} plane {:?} disagreement {}", proposal.wall, proposal.support, proposal.m, plane.m, plane.disagreement); }
         if plane.disagreement > MOST_DISAGREEMENT {
             return None;
         }

@@ -4,8 +4,8 @@
 //!
 //! n . r / o - m . r = l . r = (l . r') e,  l = n / o - m,
 //!
-//! linear in m. Weighted by the centres' deviations, least squares over m is the maximum-likelihood estimate. Two things more are
-//! known. Walls stand upright (floors and ceilings lie level), up to a small lean: prior conditions on m. And all centres of a stripe
+//! so in pixels e = l . r / (l . r'), whose derivative by m is -r / (l . r') with r taken on the stripe (e = 0). Weighted by the
+//! centres' deviations, least squares over m (Gauss-Newton) is the maximum-likelihood estimate. Two things more are known. Walls stand upright (floors and ceilings lie level), up to a small lean: prior conditions on m. And all centres of a stripe
 //! may be off by one common error (light that is not as even as assumed, a filter that is not as symmetric): an unknown of its own for
 //! each stripe, with a prior deviation, eliminated from the normal equations (Schur complement). Where the centres scatter more than
 //! they say, the covariance is scaled by their chi-square.
@@ -117,10 +117,11 @@ fn add_up(m: &Vector3<f64>, points: &[Point], projector: &Projector) -> [Stripe;
     for point in points {
         let stripe = &mut stripes[point.laser];
         let by_y = (projector.lasers[point.laser].inverse_plane - m).dot(&point.ray_by_y);
-        // In pixels: m . r / by_y = s / by_y + common error + noise.
-        let inverse = 1.0 / by_y;
-        let row = point.ray * inverse;
-        let value = point.inverse_depth * inverse;
+        // Off the stripe as m has it, in pixels; and the ray of the stripe there. Taken at the measured ray instead, the noise of
+        // the row would stand on both sides and draw l, which multiplies it, toward zero.
+        let off_px = (point.inverse_depth - m.dot(&point.ray)) / by_y;
+        let row = (point.ray - point.ray_by_y * off_px) / by_y;
+        let value = row.dot(m) + off_px;
         let weight = 1.0 / (point.sigma_px * point.sigma_px);
         stripe.mm += row * row.transpose() * weight;
         stripe.mo += row * weight;
@@ -151,13 +152,7 @@ fn prior(wall: Wall, m: &Vector3<f64>, upright: &Upright, priors: &Priors) -> (M
     }
 }
 
-fn judge(
-    m: Vector3<f64>,
-    inverse: Matrix3<f64>,
-    leaning: f64,
-    stripes: &[Stripe; MOST_LASERS],
-    priors: &Priors,
-) -> Plane {
+fn judge(m: Vector3<f64>, inverse: Matrix3<f64>, leaning: f64, stripes: &[Stripe; MOST_LASERS], priors: &Priors) -> Plane {
     let mut counts = [0; MOST_LASERS];
     let (mut chi2, mut freedom, mut disagreement) = (0.0, -3.0, leaning);
     for (stripe, count) in stripes.iter().zip(&mut counts) {

@@ -348,8 +348,7 @@ fn fits(segment: &Segment, laser: usize, m: &Vector3<f64>, projector: &Projector
 
 /// All segments that lie on a wall.
 fn gather(wall: Wall, m: Vector3<f64>, segments: &[Segment], taken: u64, projector: &Projector, upright: &Upright) -> Proposal {
-    let mut proposal =
-        Proposal { wall, m, support: [0; MOST_LASERS], segments: 0, thickness: 0.0, reach: [Vector3::zeros(); 2] };
+    let mut proposal = Proposal { wall, m, support: [0; MOST_LASERS], segments: 0, thickness: 0.0, reach: [Vector3::zeros(); 2] };
     let mut range = [0.0, f64::INFINITY];
     for (index, segment) in segments.iter().enumerate().filter(|(index, _)| taken >> index & 1 == 0) {
         for laser in 0..projector.lasers.len().min(MOST_LASERS) {
