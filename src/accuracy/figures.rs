@@ -24,6 +24,10 @@ pub struct Spread {
     square: f64,
     worst: f64,
     normalised_square: f64,
+    /// How many of the measured have a bound, the sums of the squares of their errors and of their bounds.
+    bounded: usize,
+    bounded_square: f64,
+    bound_square: f64,
 }
 
 /// The figures of a pipeline over some readings.
@@ -58,8 +62,8 @@ pub struct Figures {
 }
 
 impl Spread {
-    /// Takes in one that is to be measured, its error if it was, and the stated deviation.
-    pub fn add(&mut self, error: Option<f64>, sigma: Option<f64>) {
+    /// Takes in one that is to be measured, its error if it was, the stated deviation, and the least that there could be.
+    pub fn add(&mut self, error: Option<f64>, sigma: Option<f64>, bound: Option<f64>) {
         self.there += 1;
         let Some(error) = error else { return };
         self.count += 1;
@@ -71,6 +75,11 @@ impl Spread {
         if let Some(sigma) = sigma {
             self.stated += 1;
             self.normalised_square += (error / sigma) * (error / sigma);
+        }
+        if let Some(bound) = bound {
+            self.bounded += 1;
+            self.bounded_square += error * error;
+            self.bound_square += bound * bound;
         }
     }
 
@@ -96,6 +105,16 @@ impl Spread {
     /// Mean square of error over stated deviation: 1 where the deviations are true.
     pub fn nees(&self) -> Option<f64> {
         (self.stated > 0).then(|| self.normalised_square / self.stated as f64)
+    }
+
+    /// Root of the mean square of the bounds, over what was measured.
+    pub fn bound(&self) -> Option<f64> {
+        (self.bounded > 0).then(|| (self.bound_square / self.bounded as f64).sqrt())
+    }
+
+    /// RMS error over that of the bound, over the same.
+    pub fn bound_ratio(&self) -> Option<f64> {
+        (self.bound_square > 0.0).then(|| (self.bounded_square / self.bound_square).sqrt())
     }
 
     /// Share of what was to be measured that was.
@@ -130,14 +149,16 @@ impl Figures {
         self.lines.lines += score.lines.lines;
         self.lines.square_px2 += score.lines.square_px2;
         for wall in walls.into_iter().filter(|wall| reading.counts(wall.wall)) {
-            self.wall_distance.add(wall.distance_error_m, wall.distance_sigma_m);
-            self.wall_heading.add(wall.heading_error_rad, wall.heading_sigma_rad);
-            self.wall_normal.add(wall.normal_error_rad, None);
+            let side = SIDES.iter().position(|side| *side == wall.wall);
+            let bound = side.and_then(|side| trial.bounds.walls[side]);
+            self.wall_distance.add(wall.distance_error_m, wall.distance_sigma_m, bound.map(|bound| bound.distance_m));
+            self.wall_heading.add(wall.heading_error_rad, wall.heading_sigma_rad, bound.map(|bound| bound.heading_rad));
+            self.wall_normal.add(wall.normal_error_rad, None, None);
         }
         if reading.shows_pose() {
             self.shown += 1;
-            self.heading.add(score.heading_error_rad, score.heading_sigma_rad);
-            self.lateral.add(score.lateral_error_m, score.lateral_sigma_m);
+            self.heading.add(score.heading_error_rad, score.heading_sigma_rad, trial.bounds.heading_rad);
+            self.lateral.add(score.lateral_error_m, score.lateral_sigma_m, trial.bounds.lateral_m);
             if reading.is_answered() {
                 self.detected += 1;
                 let mut ratios = score.normalised().peekable();

@@ -3,6 +3,7 @@
 use ductloop_nav::perception::Wall;
 use ductloop_sensor::renderer::View;
 
+use super::bound::Bounds;
 use super::pose::Pose;
 use crate::closed_loop::RunError;
 use crate::engine::Engine;
@@ -22,6 +23,8 @@ pub struct Trial {
     pub index: u64,
     /// Where the robot stood.
     pub pose: Pose,
+    /// How accurate a reading can be at best.
+    pub bounds: Bounds,
     /// What each pipeline made of it, in the order of the file.
     pub readings: Vec<Reading>,
 }
@@ -92,11 +95,12 @@ pub fn trial(
 ) -> Result<Trial, Box<TrialError>> {
     let pose = Pose::draw(scenario, poses, scenario.seed, index);
     let own = pose.scenario(scenario);
-    let readings = read(&own, &pose, index, pipelines).map_err(|error| Box::new(TrialError { cell, index, pose, error }))?;
-    Ok(Trial { cell, index, pose, readings })
+    let (bounds, readings) =
+        read(&own, &pose, index, pipelines).map_err(|error| Box::new(TrialError { cell, index, pose, error }))?;
+    Ok(Trial { cell, index, pose, bounds, readings })
 }
 
-fn read(scenario: &Scenario, pose: &Pose, index: u64, pipelines: &[Pipeline]) -> Result<Vec<Reading>, RunError> {
+fn read(scenario: &Scenario, pose: &Pose, index: u64, pipelines: &[Pipeline]) -> Result<(Bounds, Vec<Reading>), RunError> {
     let network = scenario.duct.network()?;
     let scene = TruthScene::new(scenario)?;
     let base = pose.world_from_base(&network.centreline);
@@ -118,5 +122,7 @@ fn read(scenario: &Scenario, pose: &Pose, index: u64, pipelines: &[Pipeline]) ->
         let score = score(&scene, &truth, &perception.stages(), &measurement, pose.lateral_m, pose.heading_rad);
         Reading { pipeline, score }
     };
-    Ok(pipelines.iter().map(|pipeline| read_by(*pipeline)).collect())
+    let readings: Vec<Reading> = pipelines.iter().map(|pipeline| read_by(*pipeline)).collect();
+    let counts = readings.first().map_or([false; 2], |reading| SIDES.map(|wall| reading.counts(wall)));
+    Ok((Bounds::of(scenario, &scene, &truth, &laser_power, counts), readings))
 }

@@ -19,7 +19,7 @@ pub fn document(figures: &Figures) -> Value {
     let spread = |spread: &Spread| {
         json!({
             "there": spread.there, "measured": spread.count, "bias": spread.bias(), "rms": spread.rms(), "worst": spread.worst(),
-            "nees": spread.nees(),
+            "nees": spread.nees(), "bound": spread.bound(), "bound_ratio": spread.bound_ratio(),
         })
     };
     let centres = &figures.centres;
@@ -30,7 +30,11 @@ pub fn document(figures: &Figures) -> Value {
         "heading_rms_rad": figures.heading.rms(),
         "lateral_rms_m": figures.lateral.rms(),
         "nees": figures.nees(),
-        "bound_ratio": {"wall_distance": null, "heading": null, "lateral": null},
+        "bound_ratio": {
+            "wall_distance": figures.wall_distance.bound_ratio(),
+            "heading": figures.heading.bound_ratio(),
+            "lateral": figures.lateral.bound_ratio(),
+        },
         "shown": figures.shown,
         "detection": figures.detection(),
         "within_3_sigma": figures.within_3_sigma(),

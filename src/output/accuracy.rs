@@ -8,7 +8,7 @@ use parquet::errors::ParquetError;
 
 use super::frames::to_parquet;
 use crate::accuracy::Trials;
-use crate::accuracy::trial::{Reading, Trial};
+use crate::accuracy::trial::{Reading, SIDES, Trial};
 use crate::scenario::accuracy_file::AccuracyFile;
 use crate::stage_scores::WallScore;
 
@@ -41,6 +41,13 @@ pub fn parquet(file: &AccuracyFile, trials: &Trials) -> Result<Vec<u8>, ParquetE
     seen("lateral_sigma_m", &|(_, r)| r.score.lateral_sigma_m);
     seen("heading_error_rad", &|(_, r)| r.score.heading_error_rad);
     seen("heading_sigma_rad", &|(_, r)| r.score.heading_sigma_rad);
+    seen("lateral_bound_m", &|(trial, _)| trial.bounds.lateral_m);
+    seen("heading_bound_rad", &|(trial, _)| trial.bounds.heading_rad);
+    for (side, wall) in SIDES.iter().enumerate() {
+        let word = wall.word();
+        seen(&format!("{word}_wall_bound_m"), &|(trial, _)| trial.bounds.walls[side].map(|bound| bound.distance_m));
+        seen(&format!("{word}_wall_heading_bound_rad"), &|(trial, _)| trial.bounds.walls[side].map(|bound| bound.heading_rad));
+    }
     seen("centres_precision", &|(_, r)| r.score.centres.precision());
     seen("centres_recall", &|(_, r)| r.score.centres.recall());
     seen("centres_rms_px", &|(_, r)| r.score.centres.rms_px());
