@@ -16,6 +16,7 @@
 //! Any [`Navigator`], [`Perception`] or [`ControlLaw`] may take the place of the robot's own: see [`Pilot`].
 #![forbid(unsafe_code)]
 
+pub mod accuracy;
 #[cfg(feature = "cli")]
 mod canvas;
 pub mod closed_loop;
@@ -39,6 +40,7 @@ pub mod run_files;
 pub mod run_hash;
 pub mod scenario;
 mod single_run;
+pub mod stage_scores;
 #[cfg(feature = "cli")]
 pub mod truth_picture;
 pub mod viewpoint;

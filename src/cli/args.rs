@@ -38,6 +38,8 @@ pub(crate) enum Command {
     Run(RunArgs),
     /// Write what the camera sees as PNG, with the truth beside it
     Render(RenderArgs),
+    /// Measure how accurate the perception is: a grid of poses, each rendered, read and held against the truth
+    Accuracy(super::accuracy::AccuracyArgs),
     /// Check scenario files without running them
     Check(CheckArgs),
     /// Print the JSON Schema of scenario files, for editors
@@ -217,7 +219,7 @@ impl Command {
         match self {
             Self::Run(_) => Some(Self::RUNS),
             Self::Check(_) => Some(Self::SCENARIOS),
-            Self::Render(_) | Self::Schema | Self::Bench(_) => None,
+            Self::Render(_) | Self::Accuracy(_) | Self::Schema | Self::Bench(_) => None,
         }
     }
 
@@ -227,6 +229,7 @@ impl Command {
             Self::Run(args) => args.json,
             Self::Render(args) => args.json,
             Self::Check(args) => args.json,
+            Self::Accuracy(args) => args.json,
             Self::Bench(args) => args.json,
             Self::Schema => false,
         }

@@ -30,7 +30,7 @@ const PIPELINE: &str = "perception.pipeline";
 const KIND_WITHIN_BYTES: u64 = 1 << 20;
 
 impl OverlayArgs {
-    fn overlays(&self) -> Overlays {
+    pub(crate) fn overlays(&self) -> Overlays {
         let mut set = self.set.clone();
         set.extend(self.seed.map(|seed| format!("seed={seed}")));
         set.extend(self.perception.as_ref().map(|pipeline| format!("{PIPELINE}={pipeline}")));
@@ -38,7 +38,7 @@ impl OverlayArgs {
     }
 
     /// Names the argument that was typed, where an error is in the setting made of it.
-    fn as_typed(&self, mut diagnostics: Diagnostics) -> Diagnostics {
+    pub(crate) fn as_typed(&self, mut diagnostics: Diagnostics) -> Diagnostics {
         if let Some(pipeline) = &self.perception {
             let set = format!("--set {PIPELINE}={pipeline}");
             for diagnostic in diagnostics.0.iter_mut().filter(|diagnostic| diagnostic.file == set) {
@@ -135,7 +135,7 @@ fn walk(folder: &Path, seen: &mut BTreeSet<PathBuf>, files: &mut Vec<PathBuf>) -
         } else if path.extension().is_some_and(|ending| ending == "toml")
             // Nothing but a file: a named pipe would be waited for.
             && (path.is_file() || !path.exists())
-            && !matches!(kind(&path), Some(FileKind::Sweep | FileKind::Study))
+            && !matches!(kind(&path), Some(FileKind::Sweep | FileKind::Study | FileKind::Accuracy))
         {
             files.push(path);
         }

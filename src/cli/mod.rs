@@ -1,7 +1,7 @@
 //! The command line, a file a command.
 //!
 //! - `args`: what may be typed; - `inputs`: files, folders and names to scenarios, all checked before anything runs;
-//! - `destination`: where results go, checked likewise; - `run`, `render`, `check`, `bench`: the commands;
+//! - `destination`: where results go, checked likewise; - `run`, `render`, `check`, `accuracy`, `bench`: the commands;
 //! - `progress`, `verdict_table`: what they show while and after; - `rendering`: opening what renders;
 //! - `shot`, `truth_files`: what `render` shows and what it writes beside it; - `warnings`: what is hardly meant so;
 //! - `problem`: what a command can end with other than its result; - `streams`: standard output and error; - `interrupt`: Ctrl-C.
@@ -9,6 +9,8 @@
 //! Exit codes: 0 every verdict passed; 1 one failed; 2 the command line or a file is wrong, or the output cannot be written;
 //! 3 a run could not go on; 4 a wall-clock limit; 130 interrupted.
 
+mod accuracy;
+mod accuracy_table;
 mod args;
 mod bench;
 mod check;
@@ -43,6 +45,7 @@ pub(crate) fn main() -> u8 {
     let result = match &cli.command {
         Command::Run(args) => run::command(args),
         Command::Render(args) => render::command(args),
+        Command::Accuracy(args) => accuracy::command(args),
         Command::Check(args) => check::command(args),
         Command::Schema => streams::print_json(&ductloop::scenario::schema()).map(|()| 0),
         Command::Bench(args) => bench::command(args),

@@ -4,6 +4,7 @@
 //! - [`manifest`]: what made them and where, `manifest.json`;
 //! - [`frames`]: a row a frame, `frames.parquet`;
 //! - [`key_frames`]: some frames as pictures, `frames/*.png`;
+//! - [`accuracy`]: a row a pose and pipeline, `accuracy.parquet`;
 //! - [`npy`], [`centres`]: arrays and stripe centres, for `ductloop render --truth`;
 //! - [`words`]: figures, bounds and reasons as people read them;
 //! - [`folder`]: the run's folder, whole or not at all;
@@ -11,6 +12,7 @@
 //!
 //! The report's page is [`crate::report`]'s; [`crate::run_files`] puts it all together.
 
+pub mod accuracy;
 pub mod centres;
 pub mod folder;
 pub mod frames;

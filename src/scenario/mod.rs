@@ -8,11 +8,13 @@
 //! - `check`, `value`, `unknown_key`: each key and value against its row;
 //! - `presets`, `resolve`, `elements`: presets beneath, defaults filled in, into the typed [`Scenario`] **as resolved**;
 //! - `cross`: what fields say of each other;
+//! - [`accuracy_file`]: a file of kind `accuracy`, which holds a scenario, a grid over its fields and poses to draw;
 //! - [`diagnostic`]: every error found, for people and for programs;
 //! - `write`: a resolved scenario as a file again; [`schema`]: the format for editors.
 //!
 //! It reads files and writes none, and knows nothing of how a run is carried out.
 
+pub mod accuracy_file;
 mod check;
 pub mod criteria;
 mod cross;
@@ -53,6 +55,8 @@ pub enum FileKind {
     Sweep,
     /// A search over many runs.
     Study,
+    /// A grid of poses, each rendered and estimated, against the truth.
+    Accuracy,
 }
 
 impl FileKind {
@@ -63,6 +67,7 @@ impl FileKind {
             "scenario" => Some(Self::Scenario),
             "sweep" => Some(Self::Sweep),
             "study" => Some(Self::Study),
+            "accuracy" => Some(Self::Accuracy),
             _ => None,
         }
     }

@@ -49,6 +49,13 @@ pub(super) fn set(root: &mut Table, sources: &Sources, source: usize) -> Result<
     put(root, &steps, node, source)
 }
 
+/// Lays a value that stands elsewhere over `root`, at a path that stands at `span`: a level of a grid, say.
+pub(super) fn lay(root: &mut Table, path_text: &str, span: Span, node: Node) -> Result<(), Finding> {
+    let here = |finding: Finding| Finding { span, ..finding };
+    let steps = path(path_text, span.source).map_err(here)?;
+    put(root, &steps, node, span.source).map_err(here)
+}
+
 /// Splits `duct.run[1].elbow_deg` into its steps.
 fn path(text: &str, source: usize) -> Result<Vec<Step<'_>>, Finding> {
     let mut steps = Vec::new();

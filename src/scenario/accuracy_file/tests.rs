@@ -1,0 +1,80 @@
+use super::*;
+
+const FILE: &str = r#"
+format = 1
+kind = "accuracy"
+name = "rigs"
+[poses]
+count = 7
+wall_m = [0.15, 0.5]
+heading_deg = [-6.0, 6.0]
+[grid]
+sensor.preset = ["wide", "incra1"]
+duct.surface = ["galvanised", "painted", "greasy"]
+[pass.robust]
+wall_distance_rms_mm = 0.3
+detection_min = 0.99
+[duct]
+height_m = 0.3
+run = [{ straight_m = 20.0 }]
+"#;
+
+#[test]
+fn a_grid_is_the_product_of_its_fields() {
+    let file = AccuracyFile::from_toml_str(FILE).unwrap();
+    assert_eq!(file.cells.len(), 6);
+    let labels: Vec<_> = file.cells.iter().map(Cell::label).collect();
+    assert_eq!(labels[1], "sensor.preset = wide, duct.surface = painted");
+    assert_eq!(labels[5], "sensor.preset = incra1, duct.surface = greasy");
+    assert_ne!(file.cells[0].scenario.rig, file.cells[3].scenario.rig);
+    assert_eq!(file.poses.count, 7);
+    assert_eq!(file.pipelines, [Pipeline::Robust, Pipeline::Paper]);
+    let heading = file.poses.heading_rad.unwrap();
+    assert!((heading[1].to_degrees() - 6.0).abs() < 1e-12);
+    assert_eq!(file.pass.len(), 2);
+    assert!(file.pass[1].bound.is_least() && !file.pass[0].bound.is_least());
+}
+
+/// Every error names its line.
+#[test]
+fn what_is_wrong_is_said_at_its_place() {
+    for (from, to, line, words) in [
+        ("kind = \"accuracy\"", "kind = \"scenario\"", 3, "no accuracy study"),
+        ("count = 7", "count = 0", 6, "`count` is a whole number"),
+        ("count = 7", "counts = 7", 6, "unknown key `counts` in `poses`"),
+        ("wall_m = [0.15, 0.5]", "wall_m = [0.5, 0.15]", 7, "`wall_m` is drawn between two numbers"),
+        ("heading_deg = [-6.0, 6.0]", "lateral_m = [0.0, 0.1]", 8, "`wall_m` draws lateral offset and width"),
+        ("sensor.preset = [", "sensor.presets = [", 10, "`sensor.presets` is no field"),
+        ("sensor.preset = [\"wide\", \"incra1\"]", "sensor.preset = \"wide\"", 10, "needs the values that it takes"),
+        ("sensor.preset = [\"wide\", \"incra1\"]", "sensor.preset = [\"wide\", \"narrow\"]", 10, "narrow"),
+        ("[pass.robust]", "[pass.truth]", 12, "`truth` is not a pipeline"),
+        ("detection_min = 0.99", "detections = 0.99", 14, "unknown bound `detections`"),
+        ("height_m = 0.3", "height_mm = 0.3", 16, "unknown key `height_mm`"),
+    ] {
+        let text = FILE.replace(from, to);
+        assert_ne!(text, FILE, "{from}");
+        let Diagnostics(found) = AccuracyFile::from_toml_str(&text).unwrap_err();
+        let lines: Vec<_> = found.iter().map(|d| (d.place.as_ref().map(|p| p.line), d.message.as_str())).collect();
+        assert!(lines.iter().any(|(at, message)| *at == Some(line) && message.contains(words)), "{to}: {lines:?}");
+        assert!(found.iter().all(|d| d.help.is_some()), "{found:?}");
+    }
+}
+
+#[test]
+fn without_a_grid_there_is_one_cell() {
+    let text = FILE.replace(
+        "[grid]\nsensor.preset = [\"wide\", \"incra1\"]\nduct.surface = [\"galvanised\", \"painted\", \"greasy\"]\n",
+        "",
+    );
+    let file = AccuracyFile::from_toml_str(&text).unwrap();
+    assert_eq!((file.cells.len(), file.cells[0].label().as_str()), (1, ""));
+}
+
+proptest::proptest! {
+    #[test]
+    fn no_text_makes_it_panic(text in "\\PC{0,200}", at in 0..FILE.len()) {
+        let _ = AccuracyFile::from_toml_str(&text);
+        let cut = (0..=at).rev().find(|i| FILE.is_char_boundary(*i)).unwrap_or(0);
+        let _ = AccuracyFile::from_toml_str(&format!("{}{text}{}", &FILE[..cut], &FILE[cut..]));
+    }
+}
