@@ -114,6 +114,12 @@ impl Cross<'_> {
             let message = format!("`{path}` is [{thin}, {thick}]: nothing is thicker than {thin} and thinner than {thick}");
             self.wrong(&[path], message, "thinnest first, then thickest".to_owned());
         }
+        let path = "perception.robust.range_m";
+        let [near, far] = self.scenario.perception.robust.range_m;
+        if self.checked.is_sound(&[path]) && near >= far {
+            let message = format!("`{path}` is [{near}, {far}]: nothing is farther than {near} and nearer than {far}");
+            self.wrong(&[path], message, "nearest first, then farthest".to_owned());
+        }
     }
 
     fn fit(&mut self) {

@@ -18,6 +18,7 @@ mod object;
 mod paper;
 mod pass;
 mod robot;
+mod robust;
 mod scale;
 mod sensor;
 mod shape;
@@ -63,6 +64,7 @@ pub fn tables() -> impl Iterator<Item = &'static TableRow> {
         imager::TABLES,
         navigator::TABLES,
         paper::TABLES,
+        robust::TABLES,
         koh_cho::TABLES,
         duct::TABLES,
         object::TABLES,
@@ -85,6 +87,7 @@ pub fn fields() -> impl Iterator<Item = &'static Field> {
         imager::FIELDS,
         navigator::FIELDS,
         paper::FIELDS,
+        robust::FIELDS,
         koh_cho::FIELDS,
         duct::FIELDS,
         object::FIELDS,

@@ -4,7 +4,7 @@
 //! the camera at (cx, cy), its distance from the base's origin is (1 + a cx + b cy) / |(a, b)|, and the robot's heading against it
 //! atan(a / b) for a side wall and atan(-b / a) for one ahead. The covariance of m goes through the derivatives.
 
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix4, Matrix4x3, Vector2, Vector4};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix4, Matrix4x3, Vector2, Vector3, Vector4};
 
 use super::super::{Deviation, Measurement, Wall, WallDeviation, WallMeasurement};
 use super::plane_fit::Plane;
@@ -71,7 +71,7 @@ fn level(plane: &Plane, upright: &Upright) -> (f64, f64) {
 pub(super) fn measure(planes: &[(Wall, Plane)], upright: &Upright, width_m: f64) -> Measurement {
     let of = |wall: Wall| planes.iter().find(|(w, _)| *w == wall).map(|(_, plane)| plane);
     let side = |wall: Wall| of(wall).map(|plane| Side::of(wall, plane, upright));
-    let (left, right) = (side(Wall::Left), side(Wall::Right));
+    let alone = (side(Wall::Left), side(Wall::Right));
     let level_wall = |wall: Wall| {
         let plane = of(wall)?;
         let (height_m, sigma_m) = level(plane, upright);
@@ -83,6 +83,10 @@ pub(super) fn measure(planes: &[(Wall, Plane)], upright: &Upright, width_m: f64)
     // The base stands on the floor: without sight of it, its height is zero.
     let height_m = ceiling.map(|ceiling| ceiling.distance_m);
     let height_sigma = ceiling.and_then(|ceiling| ceiling.deviation).map(|deviation| deviation.distance_m);
+    let (left, right) = match alone {
+        (Some(left), Some(right)) => together(&left, &right),
+        one => one,
+    };
     let walls = Measurement {
         height_m,
         left: left.as_ref().map(Side::measurement),
@@ -92,7 +96,7 @@ pub(super) fn measure(planes: &[(Wall, Plane)], upright: &Upright, width_m: f64)
         ahead: side(Wall::Ahead).as_ref().map(Side::measurement),
         ..Measurement::default()
     };
-    let pose = match (&left, &right) {
+    let pose = match (&alone.0, &alone.1) {
         (None, None) => return Measurement { deviation: Deviation { height_m: height_sigma, ..Deviation::default() }, ..walls },
         (Some(one), None) => single(one, width_m / 2.0 - one.distance_m),
         (None, Some(one)) => single(one, one.distance_m - width_m / 2.0),
@@ -124,22 +128,48 @@ fn single(wall: &Side, lateral_m: f64) -> Pose {
     Pose { lateral_m: [lateral_m, sigma(0)], heading_rad: [wall.heading_rad, sigma(1)], width_m: None }
 }
 
-/// Both walls of a duct whose walls are parallel: distances and one heading, by least squares. Where the two headings differ by more
-/// than their deviations allow, all deviations grow by as much: the walls are not parallel, or one of them is not what it seems.
-fn both(left: &Side, right: &Side) -> Pose {
+/// Both walls of a duct whose walls are parallel: (distance left, distance right, heading), their covariance, and the chi-square (one
+/// degree of freedom) of the two headings' difference.
+fn parallel(left: &Side, right: &Side) -> Option<(Vector3<f64>, Matrix3<f64>, f64)> {
     let mut weight = Matrix4::zeros();
     for (i, side) in [left, right].into_iter().enumerate() {
-        let inverse = side.covariance.try_inverse().unwrap_or_else(Matrix2::zeros);
-        weight.fixed_view_mut::<2, 2>(2 * i, 2 * i).copy_from(&inverse);
+        weight.fixed_view_mut::<2, 2>(2 * i, 2 * i).copy_from(&side.covariance.try_inverse()?);
     }
     let design = Matrix4x3::new(1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
     let seen = Vector4::new(left.distance_m, left.heading_rad, right.distance_m, right.heading_rad);
-    let information = design.transpose() * weight * design;
-    let Some(covariance) = information.try_inverse() else { return single(left, (right.distance_m - left.distance_m) / 2.0) };
+    let covariance = (design.transpose() * weight * design).try_inverse()?;
     let found = covariance * (design.transpose() * (weight * seen));
     let off = seen - design * found;
-    let scatter = off.dot(&(weight * off)).max(1.0);
-    let covariance = covariance * scatter;
+    Some((found, covariance, off.dot(&(weight * off))))
+}
+
+/// Headings that differ by more than three standard deviations are not those of parallel walls.
+const PARALLEL_CHI2: f64 = 9.0;
+
+/// Each wall with what the other says of the heading, where they are parallel: a wall's distance is measured at the base, its stripes
+/// lie ahead, and the heading carries the one to the other.
+fn together(left: &Side, right: &Side) -> (Option<Side>, Option<Side>) {
+    match parallel(left, right) {
+        Some((found, covariance, chi2)) if chi2 < PARALLEL_CHI2 => {
+            let side = |i: usize, alone: &Side| Side {
+                distance_m: found[i],
+                heading_rad: found[2],
+                covariance: Matrix2::new(covariance[(i, i)], covariance[(i, 2)], covariance[(2, i)], covariance[(2, 2)]),
+                points: alone.points,
+            };
+            (Some(side(0, left)), Some(side(1, right)))
+        }
+        _ => (Some(*left), Some(*right)),
+    }
+}
+
+/// Lateral offset, heading and width from both walls. Where the two headings differ by more than their deviations allow, all
+/// deviations grow by as much: the walls are not parallel, or one of them is not what it seems.
+fn both(left: &Side, right: &Side) -> Pose {
+    let Some((found, covariance, chi2)) = parallel(left, right) else {
+        return single(left, (right.distance_m - left.distance_m) / 2.0);
+    };
+    let covariance = covariance * chi2.max(1.0);
     let ends = covariance.fixed_view::<2, 2>(0, 0).into_owned();
     let sigma = |by: Vector2<f64>| by.dot(&(ends * by)).max(0.0).sqrt();
     Pose {

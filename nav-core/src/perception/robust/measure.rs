@@ -53,11 +53,13 @@ const BESIDE_PX: f64 = 6.0;
 /// Nearer than this many standard deviations of both, another stripe moves a centre.
 const CROWDED: f64 = 3.0;
 /// A stripe stands out of the noise by so many standard deviations of its height.
-const LEAST_SNR: f64 = 5.0;
+const LEAST_SNR: f64 = 3.0;
 /// A column whose light is no Gaussian has squared residuals so large.
 const MOST_CHI2: f64 = 4.0;
 /// A centre may be off the proposed wall's by this, in pixels and in standard deviations of the light.
 const GATE: [f64; 2] = [1.2, 0.35];
+/// Columns for which a stripe is predicted anew.
+const NODE_EVERY: usize = 8;
 /// Columns for which a bias is worked out anew.
 const BIAS_EVERY: usize = 8;
 /// Centres farther than this off the stripe's own line, in robust standard deviations, do not belong to it.
@@ -85,9 +87,21 @@ pub(super) fn stripe(
     let mut amplitude: Option<f64> = None;
     let mut bias = (usize::MAX, [0.0; 2]);
     let mut misses = 0;
+    let mut slope = None;
+    let mut nodes: (usize, Option<[StripePoint; 2]>) = (usize::MAX, None);
     for x in from..to {
-        let Some(stripe) = projector.stripe(laser, m, x as f64, guess_px) else { continue };
-        guess_px = stripe.y_px;
+        // Predicted every few columns, in between on straight lines.
+        if nodes.0 != x / NODE_EVERY {
+            let first = x - x % NODE_EVERY;
+            let node = |x: usize, guess_px: f64| projector.stripe(laser, m, x as f64, guess_px);
+            let pair = node(first, guess_px).and_then(|a| Some([a, node(first + NODE_EVERY, a.y_px)?]));
+            nodes = (x / NODE_EVERY, pair);
+        }
+        let Some([a, b]) = nodes.1 else { continue };
+        guess_px = b.y_px;
+        let share = (x % NODE_EVERY) as f64 / NODE_EVERY as f64;
+        let stripe =
+            Predicted { y_px: a.y_px + share * (b.y_px - a.y_px), sigma_px: a.sigma_px + share * (b.sigma_px - a.sigma_px) };
         let sigma = stripe.sigma_px;
         let crowded = neighbours
             .iter()
@@ -101,10 +115,11 @@ pub(super) fn stripe(
                 && found.chi2 <= MOST_CHI2
                 && (found.y_px - stripe.y_px).abs() <= GATE[0] + GATE[1] * sigma
         };
-        let Some(found) = centre::fit(view, x, stripe.y_px, sigma, height, noise).filter(good) else {
+        let Some(found) = centre::fit(view, x, stripe.y_px, sigma, height, slope, noise).filter(good) else {
             misses += 1;
             continue;
         };
+        slope = Some(found.slope);
         // The height goes into the variances: smoothed, so that a column's own noise does not choose its weights.
         amplitude = Some(amplitude.map_or(found.amplitude, |before| before + 0.2 * (found.amplitude - before)));
         if bias.0 != x / BIAS_EVERY {
@@ -129,8 +144,14 @@ pub(super) fn stripe(
     clean(points, first, misses);
 }
 
+/// Where a stripe is expected in a column, and how thick.
+struct Predicted {
+    y_px: f64,
+    sigma_px: f64,
+}
+
 /// Height of what stands at a stripe's place above the least of its column there.
-fn standing(view: &View<'_>, x: usize, stripe: &StripePoint) -> f64 {
+fn standing(view: &View<'_>, x: usize, stripe: &Predicted) -> f64 {
     let reach = 3.0 * stripe.sigma_px + 2.0;
     let row = |y: f64| y.clamp(0.0, view.size[1] as f64) as usize;
     let (mut least, mut most) = (f64::INFINITY, 1.0);
@@ -143,7 +164,7 @@ fn standing(view: &View<'_>, x: usize, stripe: &StripePoint) -> f64 {
 
 /// How a stripe's light departs from an even Gaussian about its middle, as coefficients of t/s and (t/s)^3: across the stripe the
 /// wall comes nearer, so that the light falls more squarely and is narrower and the pixels see more of it. A matt wall is assumed.
-fn unevenness(projector: &Projector, m: &Vector3<f64>, laser: usize, stripe: &StripePoint, x: f64) -> [f64; 2] {
+fn unevenness(projector: &Projector, m: &Vector3<f64>, laser: usize, stripe: &Predicted, x: f64) -> [f64; 2] {
     let log_light = |t: f64| projector.log_light(laser, m, x, stripe.y_px + t);
     let odd = |t: f64| (log_light(t) - log_light(-t)) / 2.0;
     let (near, far) = (odd(stripe.sigma_px), odd(2.0 * stripe.sigma_px));

@@ -46,10 +46,10 @@ pub struct RobustParams {
     pub contrast_dn: f64,
     /// The camera's point spread (standard deviation), in pixels.
     pub psf_sigma_px: f64,
-    /// Grey values (DN of 8 bits) an electron: what shot noise is reckoned from.
-    pub gain_dn_per_e: f64,
-    /// Standard deviation of read-out, in DN of 8 bits, quantisation left out.
-    pub read_noise_dn: f64,
+    /// Full well, in electrons: with the black level it says how many electrons a grey value is, for the shot noise.
+    pub full_well_e: f64,
+    /// Standard deviation of read-out, in electrons.
+    pub read_noise_e: f64,
     /// Grey value of black, in DN of 8 bits.
     pub black_dn: f64,
     /// Contrast of the lasers' speckle in a pixel.
@@ -75,21 +75,23 @@ impl Default for RobustParams {
         Self {
             contrast_dn: 1.0,
             psf_sigma_px: 0.6,
-            gain_dn_per_e: 247.0 / 30_000.0,
-            read_noise_dn: 0.125,
+            full_well_e: 30_000.0,
+            read_noise_e: 15.0,
             black_dn: 8.0,
             speckle_contrast: 0.12,
             range_m: [0.08, 4.0],
             max_heading_rad: 35.0_f64.to_radians(),
-            lean_rad: 0.5_f64.to_radians(),
-            offset_px: 0.006,
-            offset_share: 0.0008,
+            lean_rad: 0.2_f64.to_radians(),
+            offset_px: 0.003,
+            offset_share: 0.0005,
             min_centres: 24,
             duct_width_m: 0.5,
         }
     }
 }
 
+/// Variance of rounding to whole grey values (EMVA 1288).
+const QUANTISATION_VARIANCE: f64 = 1.0 / 12.0;
 /// Columns beyond the segments of a wall that its stripes are followed.
 const BEYOND_COLUMNS: usize = 24;
 /// The floor is below the camera by its height, up to tyres and dust: standard deviation, in metres.
@@ -264,11 +266,12 @@ impl RobustPerception {
     }
 
     fn noise(&self, view: &View<'_>) -> Noise {
-        let RobustParams { gain_dn_per_e, read_noise_dn, black_dn, speckle_contrast, .. } = self.params;
+        let RobustParams { full_well_e, read_noise_e, black_dn, speckle_contrast, .. } = self.params;
         let dn = 1.0 / view.dn8_per_dn;
+        let gain = (255.0 - black_dn) / full_well_e * dn;
         Noise {
-            floor: read_noise_dn * read_noise_dn * dn * dn + 1.0 / 12.0,
-            gain: gain_dn_per_e * dn,
+            floor: read_noise_e * read_noise_e * gain * gain + QUANTISATION_VARIANCE,
+            gain,
             black: black_dn * dn,
             speckle: speckle_contrast * speckle_contrast,
         }

@@ -8,7 +8,7 @@
 //! centres' deviations, least squares over m (Gauss-Newton) is the maximum-likelihood estimate. Two things more are known. Walls stand upright (floors and ceilings lie level), up to a small lean: prior conditions on m. And all centres of a stripe
 //! may be off by one common error (light that is not as even as assumed, a filter that is not as symmetric): an unknown of its own for
 //! each stripe, with a prior deviation, eliminated from the normal equations (Schur complement). Where the centres scatter more than
-//! they say, the covariance is scaled by their chi-square.
+//! they say, or err alike over runs of columns, the covariance grows by as much.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -102,9 +102,12 @@ pub(super) fn fit(
         // Squares of the prior conditions: those of the floor's height have a constant, sure, besides.
         let constant = prior_right.norm() / upright.height_m;
         let leaning = m.dot(&(prior_information * m)) - 2.0 * m.dot(&prior_right) + constant;
-        result = Some(judge(m, inverse, leaning, &stripes, priors));
+        let plane = judge(m, inverse, leaning, &stripes, priors);
+        result = Some(plane);
     }
-    result
+    let plane = result?;
+    let likeness = likeness(&plane.m, points, projector);
+    Some(Plane { covariance: plane.covariance * likeness, ..plane })
 }
 
 fn offset_weight(stripe: &Stripe, priors: &Priors) -> f64 {
@@ -171,3 +174,40 @@ fn judge(m: Vector3<f64>, inverse: Matrix3<f64>, leaning: f64, stripes: &[Stripe
     let scatter = (chi2 / freedom.max(1.0)).max(1.0);
     Plane { m, covariance: inverse * scatter, counts, disagreement }
 }
+
+/// By how much the centres' errors weigh more than they say, because neighbours err alike: light that is uneven over many columns
+/// (spangles, dirt) moves them together, and their mean is then no better than that of a few. The squared sums of runs of columns over
+/// what independent errors would give, for runs of several lengths; the greatest that chance does not explain.
+fn likeness(m: &Vector3<f64>, points: &[Point], projector: &Projector) -> f64 {
+    let mut most: f64 = 1.0;
+    for length in RUNS {
+        let (mut squares, mut runs, mut at) = (0.0, 0.0, 0);
+        while at < points.len() {
+            let first = points[at];
+            let last = |p: &Point| p.laser == first.laser && p.x_px - first.x_px < length;
+            let (mut sum, mut count) = (0.0, 0.0);
+            while at < points.len() && last(&points[at]) {
+                let point = &points[at];
+                let by_y = (projector.lasers[point.laser].inverse_plane - m).dot(&point.ray_by_y);
+                sum += (point.inverse_depth - m.dot(&point.ray)) / (by_y * point.sigma_px);
+                count += 1.0;
+                at += 1;
+            }
+            squares += sum * sum / count;
+            runs += 1.0;
+        }
+        // Four unknowns at most are fitted to two stripes.
+        let freedom = runs - 4.0;
+        if freedom >= 3.0 {
+            let ratio = squares / freedom;
+            let by_chance = 1.0 + 2.5 * (2.0_f64 / freedom).sqrt();
+            if ratio > by_chance {
+                most = most.max(ratio);
+            }
+        }
+    }
+    most
+}
+
+/// Columns of the runs.
+const RUNS: [f64; 3] = [6.0, 18.0, 54.0];

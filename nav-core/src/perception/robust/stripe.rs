@@ -115,12 +115,6 @@ impl Projector {
         }
     }
 
-    /// Scan coordinates of a ray.
-    pub(super) fn scan(&self, ray: &Vector3<f64>) -> [f64; 2] {
-        let [u, v] = self.lens.pixel(ray);
-        self.across.pixel(u, v)
-    }
-
     /// Row at which column `x` crosses the image line `l . r = 0`, and the ray there; `guess_px` is where the search begins (a
     /// pinhole needs none). `None` where the line runs down the column or is not met.
     pub(super) fn row_of_line(&self, l: &Vector3<f64>, x: f64, guess_px: f64) -> Option<(f64, Vector3<f64>, f64)> {
