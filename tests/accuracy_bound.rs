@@ -33,7 +33,7 @@ struct Stand {
 
 impl Stand {
     fn at(scenario: &Scenario, lateral_m: f64, heading_deg: f64) -> Self {
-        let scene = TruthScene::new(scenario).unwrap();
+        let scene = TruthScene::new(scenario).expect("a duct");
         let base = Transform::from_parts(
             Translation3::new(6.0, lateral_m, 0.0),
             UnitQuaternion::from_axis_angle(&Vector3::z_axis(), heading_deg.to_radians()),
@@ -43,7 +43,7 @@ impl Stand {
     }
 
     fn truth(&self, laser_power: &[f64]) -> StageTruth {
-        self.scene.of(&self.base, &self.camera, 0, laser_power).unwrap()
+        self.scene.of(&self.base, &self.camera, 0, laser_power).expect("a camera in the duct")
     }
 
     fn view(&self, scenario: &Scenario, frame: u64, laser_power: [f64; 4]) -> View {
@@ -226,7 +226,7 @@ fn fit(pixels: &[(f64, f64)], truth: &Stripe, noise: &Noise) -> f64 {
             normal += by * by.transpose() * weight;
             right += by * (dn - at.y * value - at.z) * weight;
         }
-        at += normal.lu().solve(&right).unwrap();
+        at += normal.lu().solve(&right).expect("three unknowns that differ");
     }
     at.x
 }

@@ -4,7 +4,7 @@ use ductloop_nav::perception::Wall;
 use minijinja::{Environment, Value, context};
 use serde_json::Value as Json;
 
-use super::heat_map::HeatMap;
+use super::heat_map::{HeatMap, Mean};
 use super::{ReportError, STYLE};
 use crate::accuracy::Trials;
 use crate::accuracy::trial::{Reading, SIDES, Trial};
@@ -38,12 +38,15 @@ pub fn heat_maps(file: &AccuracyFile, trials: &Trials) -> Vec<(String, HeatMap)>
             ("heading", "heading, RMS error / °", |r| r.score.heading_error_rad.map(f64::to_degrees)),
         ] {
             let points: Vec<[f64; 3]> = of_pose(value).collect();
-            maps.push((format!("{word}-{name}"), map(&format!("{word}: {title}"), POSE, &points)));
+            maps.push((format!("{word}-{name}"), map(&format!("{word}: {title}"), POSE, Mean::RootOfSquares, &points)));
         }
         let walls: Vec<[f64; 3]> =
             all().flat_map(|(trial, reading)| SIDES.into_iter().filter_map(move |wall| of_wall(trial, reading, wall))).collect();
         let labels = ["distance of the wall from the camera / m", "heading / °"];
-        maps.push((format!("{word}-wall"), map(&format!("{word}: distance of a wall, RMS error / mm"), labels, &walls)));
+        maps.push((
+            format!("{word}-wall"),
+            map(&format!("{word}: distance of a wall, RMS error / mm"), labels, Mean::RootOfSquares, &walls),
+        ));
         let missed: Vec<[f64; 3]> = all()
             .filter(|(_, r)| r.shows_pose())
             .map(|(trial, r)| {
@@ -52,7 +55,7 @@ pub fn heat_maps(file: &AccuracyFile, trials: &Trials) -> Vec<(String, HeatMap)>
             })
             .collect();
         if missed.iter().any(|[.., value]| *value > 0.0) {
-            maps.push((format!("{word}-missed"), map(&format!("{word}: root of the share without an answer"), POSE, &missed)));
+            maps.push((format!("{word}-missed"), map(&format!("{word}: share without an answer"), POSE, Mean::Plain, &missed)));
         }
     }
     maps
@@ -71,7 +74,7 @@ fn of_wall(trial: &Trial, reading: &Reading, wall: Wall) -> Option<[f64; 3]> {
 }
 
 /// The map over what the points cover.
-fn map(title: &str, labels: [&str; 2], points: &[[f64; 3]]) -> HeatMap {
+fn map(title: &str, labels: [&str; 2], mean: Mean, points: &[[f64; 3]]) -> HeatMap {
     let range = |axis: usize| {
         let least = points.iter().map(|point| point[axis]).fold(f64::INFINITY, f64::min);
         let most = points.iter().map(|point| point[axis]).fold(f64::NEG_INFINITY, f64::max);
@@ -81,7 +84,7 @@ fn map(title: &str, labels: [&str; 2], points: &[[f64; 3]]) -> HeatMap {
             false => [0.0, 1.0],
         }
     };
-    HeatMap::rms(title, labels, [range(0), range(1)], FIELDS, points.iter().copied())
+    HeatMap::of(title, labels, [range(0), range(1)], FIELDS, mean, points.iter().copied())
 }
 
 /// The page. `summary` is the study's document.

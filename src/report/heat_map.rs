@@ -20,6 +20,15 @@ pub struct HeatMap {
     pub values: Vec<Option<f64>>,
 }
 
+/// What a field shows of its values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mean {
+    /// Their mean.
+    Plain,
+    /// The root of the mean of their squares.
+    RootOfSquares,
+}
+
 const WIDTH: f64 = 480.0;
 const HEIGHT: f64 = 300.0;
 const LEFT: f64 = 60.0;
@@ -35,13 +44,14 @@ const COLOURS: [[f64; 3]; 5] =
     [[68.0, 1.0, 84.0], [59.0, 82.0, 139.0], [33.0, 145.0, 140.0], [94.0, 201.0, 98.0], [253.0, 231.0, 37.0]];
 
 impl HeatMap {
-    /// Bins `points` (x, y, value) and takes the root of the mean square of the values in each field. Points beyond the ranges count
-    /// in the outermost fields.
-    pub fn rms(
+    /// Bins `points` (x, y, value) and takes the `mean` of the values in each field. Points beyond the ranges count in the outermost
+    /// fields.
+    pub fn of(
         title: &str,
         labels: [&str; 2],
         ranges: [[f64; 2]; 2],
         size: [usize; 2],
+        mean: Mean,
         points: impl Iterator<Item = [f64; 3]>,
     ) -> Self {
         let mut sums = vec![(0.0, 0_usize); size[0] * size[1]];
@@ -52,10 +62,14 @@ impl HeatMap {
         };
         for [x, y, value] in points {
             let (sum, count) = &mut sums[bin(1, y) * size[0] + bin(0, x)];
-            *sum += value * value;
+            *sum += if mean == Mean::RootOfSquares { value * value } else { value };
             *count += 1;
         }
-        let values = sums.into_iter().map(|(sum, count)| (count > 0).then(|| (sum / count as f64).sqrt())).collect();
+        let mean_of = |sum: f64, count: usize| match mean {
+            Mean::Plain => sum / count as f64,
+            Mean::RootOfSquares => (sum / count as f64).sqrt(),
+        };
+        let values = sums.into_iter().map(|(sum, count)| (count > 0).then(|| mean_of(sum, count))).collect();
         Self { title: title.to_owned(), labels: labels.map(str::to_owned), ranges, size, values }
     }
 
@@ -160,7 +174,7 @@ mod tests {
     #[test]
     fn values_are_binned_where_they_lie() {
         let points = [[0.1, 0.1, 3.0], [0.2, 0.2, 4.0], [0.9, 0.9, 1.0], [7.0, -7.0, 2.0]];
-        let map = HeatMap::rms("t", ["x", "y"], [[0.0, 1.0]; 2], [2, 2], points.into_iter());
+        let map = HeatMap::of("t", ["x", "y"], [[0.0, 1.0]; 2], [2, 2], Mean::RootOfSquares, points.into_iter());
         let lower_left = (12.5_f64).sqrt();
         assert_eq!(map.values, [Some(lower_left), Some(2.0), None, Some(1.0)]);
         let svg = map.svg();
@@ -170,7 +184,7 @@ mod tests {
 
     #[test]
     fn a_map_of_nothing_has_finite_numbers() {
-        let map = HeatMap::rms("t", ["x", "y"], [[0.0, 0.0]; 2], [3, 2], [[0.0, 0.0, f64::NAN]].into_iter());
+        let map = HeatMap::of("t", ["x", "y"], [[0.0, 0.0]; 2], [3, 2], Mean::Plain, [[0.0, 0.0, f64::NAN]].into_iter());
         let svg = map.svg();
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
     }
