@@ -29,6 +29,7 @@ use crate::pilot::{Pilot, TruthFeed};
 use crate::record::{EndState, FrameRecord, KeyFrames, RunRecord};
 use crate::run_hash::RunHash;
 use crate::scenario::Scenario;
+use crate::stage_scores::{TruthScene, score};
 use crate::viewpoint::{motion, world_from_camera};
 
 /// Why a run could not go on.
@@ -102,6 +103,8 @@ struct ClosedLoop<'a> {
     pace: Pace,
     body: Body,
     head: Head<'a>,
+    /// What frames truly show; nothing of it reaches the navigator.
+    scene: TruthScene,
     /// The command decided on the last frame: takes effect at the next.
     pending: Option<Command>,
     exposure_s: f64,
@@ -120,6 +123,7 @@ impl<'a> ClosedLoop<'a> {
             pace,
             body: Body::new(scenario)?,
             head: Head::new(scenario, pilot, renderer),
+            scene: TruthScene::new(scenario)?,
             pending: None,
             exposure_s: scenario.first_exposure_s(),
             laser_power: 1.0,
@@ -168,12 +172,16 @@ impl<'a> ClosedLoop<'a> {
         let width_m = body.width_at(&truth);
         let mut look = || head.look(&view, &truth, width_m, counts, mount, tick);
         let ticks = self.scenario.rates.ticks_per_frame();
-        let (command, moved) = match self.pace {
-            Pace::Alone => (look(), body.advance(ticks)),
+        // What the frame truly shows, for the scores: a camera outside the duct fails in `look`, which says so.
+        let scene = &self.scene;
+        let shown =
+            || scene.of(&truth.world_from_base, &view.world_from_camera, truth.cell, &view.laser_power).unwrap_or_default();
+        let (command, moved, shown) = match self.pace {
+            Pace::Alone => (look(), body.advance(ticks), shown()),
             Pace::Overlapped => std::thread::scope(|scope| {
                 let looking = scope.spawn(look);
-                let moved = body.advance(ticks);
-                (looking.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), moved)
+                let (moved, shown) = (body.advance(ticks), shown());
+                (looking.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), moved, shown)
             }),
         };
         let command = command?;
@@ -184,6 +192,7 @@ impl<'a> ClosedLoop<'a> {
         self.hash.frame(tick, &truth, image, counts, &command);
         self.key_frames.offer(frame, image, report.stages.lines);
         self.stopped_frames = if report.state == State::Stopped { self.stopped_frames + 1 } else { 0 };
+        let score = score(&self.scene, &shown, &report.stages, &report.measurement, truth.lateral_m, truth.heading_rad);
         let record = FrameRecord {
             frame,
             tick,
@@ -193,6 +202,7 @@ impl<'a> ClosedLoop<'a> {
             counts,
             mount,
             measurement: report.measurement,
+            score,
             state: report.state,
             lines: report.stages.lines.len(),
             command,

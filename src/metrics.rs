@@ -273,6 +273,7 @@ mod tests {
                 counts: Default::default(),
                 mount: MountAngles::default(),
                 measurement,
+                score: Default::default(),
                 state: Default::default(),
                 lines: 0,
                 command: Command {

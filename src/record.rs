@@ -9,6 +9,7 @@ use ductloop_sim::collision::Collisions;
 use ductloop_sim::truth::Truth;
 
 use crate::grey_image::GreyImage;
+use crate::stage_scores::Score;
 
 /// One frame: the truth at its exposure, and what the navigator made of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +30,8 @@ pub struct FrameRecord {
     pub mount: MountAngles,
     /// What the navigator says the frame shows.
     pub measurement: Measurement,
+    /// How far each stage of its perception was from what was the case.
+    pub score: Score,
     /// How sure it says it is.
     pub state: State,
     /// How many lines it found.

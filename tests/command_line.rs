@@ -1,6 +1,8 @@
 //! The command as its users meet it: the built program, in a folder of its own, with real files and signals.
 #![cfg(feature = "cli")]
 
+#[path = "command_line/accuracy.rs"]
+mod accuracy;
 #[path = "command_line/bad_input.rs"]
 mod bad_input;
 #[path = "command_line/folders.rs"]

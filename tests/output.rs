@@ -106,6 +106,7 @@ fn made_up(scenario: &Scenario, lateral_m: f64) -> RunRecord {
                 right: None,
                 ..Measurement::default()
             },
+            score: Default::default(),
             state: if blind { State::Coasting } else { State::Tracking },
             lines: lines.len(),
             command: Command {

@@ -141,7 +141,7 @@ impl Figures {
         let walls: Vec<&WallScore> = SIDES.into_iter().filter_map(|wall: Wall| score.wall(wall)).collect();
         let mut normalised = score.normalised().chain(walls.iter().flat_map(|wall| wall.normalised()));
         // A deviation that is no number is as wrong as a small one.
-        if normalised.any(|ratio| !(ratio.abs() <= CONFIDENT_AND_WRONG)) {
+        if normalised.any(|ratio| ratio.is_nan() || ratio.abs() > CONFIDENT_AND_WRONG) {
             self.beyond_6_sigma.push((trial.cell, trial.index));
         }
         self.states_deviations |= score.normalised().next().is_some();

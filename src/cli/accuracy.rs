@@ -9,6 +9,7 @@ use ductloop::accuracy::verdict::{self, Miss};
 use ductloop::accuracy::{Trials, carry_out};
 use ductloop::engine::Threads;
 use ductloop::output::{FolderError, Manifest, RunFolder, folder_name};
+use ductloop::report;
 use ductloop::scenario::accuracy_file::AccuracyFile;
 use ductloop::scenario::shown;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -185,6 +186,11 @@ fn write(
     folder.write("scenario.toml", toml.as_bytes())?;
     folder.write("manifest.json", manifest.to_json()?.as_bytes())?;
     folder.write("accuracy.parquet", &ductloop::output::accuracy::parquet(file, trials)?)?;
+    let maps = report::accuracy::heat_maps(file, trials);
+    for (name, map) in &maps {
+        folder.write(&format!("maps/{name}.svg"), map.svg().as_bytes())?;
+    }
+    folder.write("report.html", report::accuracy::html(file, summary, &maps)?.as_bytes())?;
     folder.write("summary.json", format!("{summary:#}\n").as_bytes())?;
     Ok(folder.publish()?)
 }

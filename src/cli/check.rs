@@ -1,10 +1,14 @@
 //! `ductloop check`: are these files right?
 
-use serde_json::json;
+use std::path::{Path, PathBuf};
+
+use ductloop::scenario::FileKind;
+use ductloop::scenario::accuracy_file::AccuracyFile;
+use serde_json::{Value, json};
 
 use super::args::CheckArgs;
 use super::inputs;
-use super::problem::Problem;
+use super::problem::{Problem, Problems};
 use super::streams::{print, print_json};
 use super::warnings::{self, Warning};
 
@@ -13,8 +17,23 @@ use super::warnings::{self, Warning};
 /// # Errors
 /// Everything that is wrong with any of the files.
 pub(crate) fn command(args: &CheckArgs) -> Result<u8, Problem> {
-    let inputs = inputs::read(&args.inputs, &args.overlay)?;
+    // An accuracy study that is named is checked as what it is; folders leave studies alone.
+    let is_accuracy = |input: &&PathBuf| input.is_file() && inputs::kind(input) == Some(FileKind::Accuracy);
+    let (studies, scenarios): (Vec<&PathBuf>, Vec<&PathBuf>) = args.inputs.iter().partition(is_accuracy);
+    let scenarios: Vec<PathBuf> = scenarios.into_iter().cloned().collect();
+    let mut problems = Problems::default();
     let mut rows = Vec::new();
+    for study in studies {
+        match self::study(study, args) {
+            Ok(row) => rows.push(row),
+            Err(problem) => problems.note(problem),
+        }
+    }
+    let inputs = inputs::read(&scenarios, &args.overlay).unwrap_or_else(|problem| {
+        problems.note(problem);
+        Vec::new()
+    });
+    let inputs = problems.or(inputs)?;
     for input in &inputs {
         let scenario = &input.scenario;
         let length_m = scenario.duct.network().map_or(f64::NAN, |network| network.centreline.length_m());
@@ -39,4 +58,21 @@ pub(crate) fn command(args: &CheckArgs) -> Result<u8, Problem> {
         print_json(&json!({"scenarios": rows, "errors": []}))?;
     }
     Ok(0)
+}
+
+/// An accuracy study: its row of the document.
+fn study(file: &Path, args: &CheckArgs) -> Result<Value, Problem> {
+    let overlay = &args.overlay;
+    let study =
+        AccuracyFile::read(file, &overlay.overlays()).map_err(|wrong| Problem::in_files(vec![overlay.as_typed(wrong)]))?;
+    let (cells, poses) = (study.cells.len(), study.poses.count * study.cells.len() as u64);
+    if !args.quiet && !args.json {
+        let about = if study.about.is_empty() { String::new() } else { format!(": {}", study.about) };
+        let (file, name, seed, bounds) = (file.display(), &study.name, study.seed, study.pass.len());
+        print(&format!("{file}: ok, `{name}`{about}\n  cells: {cells}, poses: {poses}, bounds: {bounds}, seed: {seed}"))?;
+    }
+    Ok(json!({
+        "file": file.display().to_string(), "accuracy": study.name, "cells": cells, "poses": poses, "bounds": study.pass.len(),
+        "warnings": [],
+    }))
 }

@@ -149,7 +149,7 @@ fn is_run(folder: &Path) -> bool {
 }
 
 /// What a file says it is.
-fn kind(path: &Path) -> Option<FileKind> {
+pub(crate) fn kind(path: &Path) -> Option<FileKind> {
     let mut bytes = Vec::new();
     File::open(path).ok()?.take(KIND_WITHIN_BYTES).read_to_end(&mut bytes).ok()?;
     FileKind::of(&String::from_utf8_lossy(&bytes))

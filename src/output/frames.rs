@@ -5,7 +5,7 @@ use std::sync::Arc;
 use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
 use arrow_schema::ArrowError;
 use ductloop_nav::navigator::State;
-use ductloop_nav::perception::WallMeasurement;
+use ductloop_nav::perception::Wall;
 use parquet::arrow::ArrowWriter;
 use parquet::basic::Compression;
 use parquet::errors::ParquetError;
@@ -42,6 +42,7 @@ pub fn table(frames: &[FrameRecord]) -> Result<RecordBatch, ArrowError> {
     columns.push("state", false, |frames| StringArray::from_iter_values(frames.map(|f| state_word(f.state))));
     columns.count("lines", |f| f.lines as u32);
     estimates(&mut columns);
+    stages(&mut columns);
     columns.number("command_left_rad_s", |f| f.command.wheel_speed_rad_s.left);
     columns.number("command_right_rad_s", |f| f.command.wheel_speed_rad_s.right);
     columns.number("command_pan_rad", |f| f.command.mount.pan_rad);
@@ -78,10 +79,45 @@ fn truth(columns: &mut Columns<'_>) {
 
 fn estimates(columns: &mut Columns<'_>) {
     columns.seen("lateral_estimate_m", |f| f.measurement.lateral_m);
+    columns.seen("lateral_sigma_m", |f| f.measurement.deviation.lateral_m);
     columns.seen("heading_estimate_rad", |f| f.measurement.heading_rad);
+    columns.seen("heading_sigma_rad", |f| f.measurement.deviation.heading_rad);
     columns.seen("width_estimate_m", |f| f.measurement.width_m);
-    columns.wall(["left_wall_distance_m", "left_wall_heading_rad", "left_wall_points"], |f| f.measurement.left);
-    columns.wall(["right_wall_distance_m", "right_wall_heading_rad", "right_wall_points"], |f| f.measurement.right);
+    columns.seen("width_sigma_m", |f| f.measurement.deviation.width_m);
+    columns.seen("height_estimate_m", |f| f.measurement.height_m);
+    columns.seen("height_sigma_m", |f| f.measurement.deviation.height_m);
+    for wall in Wall::ALL {
+        let word = wall.word();
+        let measured = move |f: &FrameRecord| f.measurement.wall(wall).copied();
+        let stated = move |f: &FrameRecord| measured(f).and_then(|wall| wall.deviation);
+        columns.seen(&format!("{word}_wall_distance_m"), move |f| measured(f).map(|wall| wall.distance_m));
+        columns.seen(&format!("{word}_wall_sigma_m"), move |f| stated(f).map(|wall| wall.distance_m));
+        columns.seen(&format!("{word}_wall_heading_rad"), move |f| measured(f).map(|wall| wall.heading_rad));
+        columns.seen(&format!("{word}_wall_heading_sigma_rad"), move |f| stated(f).map(|wall| wall.heading_rad));
+        columns.push(&format!("{word}_wall_points"), true, |frames| {
+            frames.map(|f| measured(f).map(|wall| wall.points as u32)).collect::<UInt32Array>()
+        });
+    }
+}
+
+/// How far each stage is from the truth ([`crate::stage_scores`]): errors are what was found less what is.
+fn stages(columns: &mut Columns<'_>) {
+    columns.seen("centres_precision", |f| f.score.centres.precision());
+    columns.seen("centres_recall", |f| f.score.centres.recall());
+    columns.seen("centres_rms_px", |f| f.score.centres.rms_px());
+    columns.seen("centres_nees", |f| f.score.centres.mean_nees());
+    columns.seen("lines_rms_px", |f| f.score.lines.rms_px());
+    for wall in Wall::ALL {
+        let word = wall.word();
+        let score = move |f: &FrameRecord| f.score.wall(wall).copied();
+        columns.seen(&format!("{word}_wall_columns"), move |f| score(f).map(|wall| wall.columns as f64));
+        columns.seen(&format!("{word}_wall_error_m"), move |f| score(f)?.distance_error_m);
+        columns.seen(&format!("{word}_wall_heading_error_rad"), move |f| score(f)?.heading_error_rad);
+        columns.seen(&format!("{word}_wall_normal_error_rad"), move |f| score(f)?.normal_error_rad);
+    }
+    columns.seen("lateral_error_m", |f| f.score.lateral_error_m);
+    columns.seen("heading_error_rad", |f| f.score.heading_error_rad);
+    columns.seen("nees", |f| f.score.nees());
 }
 
 /// The table as a Parquet file, compressed with Snappy.
@@ -103,40 +139,34 @@ pub(super) fn to_parquet(table: &RecordBatch) -> Result<Vec<u8>, ParquetError> {
 /// The columns so far.
 struct Columns<'a> {
     frames: &'a [FrameRecord],
-    list: Vec<(&'static str, ArrayRef, bool)>,
+    list: Vec<(String, ArrayRef, bool)>,
 }
 
 impl<'a> Columns<'a> {
-    fn push<A>(&mut self, name: &'static str, nullable: bool, column: impl FnOnce(std::slice::Iter<'a, FrameRecord>) -> A)
+    fn push<A>(&mut self, name: &str, nullable: bool, column: impl FnOnce(std::slice::Iter<'a, FrameRecord>) -> A)
     where
         A: arrow_array::Array + 'static,
     {
-        self.list.push((name, Arc::new(column(self.frames.iter())), nullable));
+        self.list.push((name.to_owned(), Arc::new(column(self.frames.iter())), nullable));
     }
 
-    fn number(&mut self, name: &'static str, value: impl Fn(&FrameRecord) -> f64) {
+    fn number(&mut self, name: &str, value: impl Fn(&FrameRecord) -> f64) {
         self.push(name, false, |frames| Float64Array::from_iter_values(frames.map(value)));
     }
 
-    fn seen(&mut self, name: &'static str, value: impl Fn(&FrameRecord) -> Option<f64>) {
+    fn seen(&mut self, name: &str, value: impl Fn(&FrameRecord) -> Option<f64>) {
         self.push(name, true, |frames| frames.map(value).collect::<Float64Array>());
     }
 
-    fn count(&mut self, name: &'static str, value: impl Fn(&FrameRecord) -> u32) {
+    fn count(&mut self, name: &str, value: impl Fn(&FrameRecord) -> u32) {
         self.push(name, false, |frames| UInt32Array::from_iter_values(frames.map(value)));
     }
 
-    fn whole(&mut self, name: &'static str, value: impl Fn(&FrameRecord) -> u64) {
+    fn whole(&mut self, name: &str, value: impl Fn(&FrameRecord) -> u64) {
         self.push(name, false, |frames| UInt64Array::from_iter_values(frames.map(value)));
     }
 
-    fn signed(&mut self, name: &'static str, value: impl Fn(&FrameRecord) -> i64) {
+    fn signed(&mut self, name: &str, value: impl Fn(&FrameRecord) -> i64) {
         self.push(name, false, |frames| Int64Array::from_iter_values(frames.map(value)));
-    }
-
-    fn wall(&mut self, names: [&'static str; 3], wall: impl Fn(&FrameRecord) -> Option<WallMeasurement>) {
-        self.seen(names[0], |f| wall(f).map(|w| w.distance_m));
-        self.seen(names[1], |f| wall(f).map(|w| w.heading_rad));
-        self.push(names[2], true, |frames| frames.map(|f| wall(f).map(|w| w.points as u32)).collect::<UInt32Array>());
     }
 }

@@ -1,5 +1,7 @@
 //! What happened over time.
 
+mod stages;
+
 use super::plot::{Band, Level, Plot, Series, Style};
 use crate::output::words::{metric_words, number};
 use crate::record::{FrameRecord, RunRecord};
@@ -33,6 +35,7 @@ pub(super) fn all(scenario: &Scenario, run: &RunRecord) -> Vec<Chart> {
         charts.extend(time.errors(quantity));
     }
     charts.extend(QUANTITIES.iter().map(|quantity| time.estimate_errors(quantity)));
+    charts.extend(stages::all(&time));
     charts.push(time.wheel_speeds());
     charts.push(time.speed());
     charts.push(time.clearance());
@@ -50,6 +53,8 @@ struct Quantity {
     metrics: [&'static str; 3],
     truth: fn(&FrameRecord) -> f64,
     estimate: fn(&FrameRecord) -> Option<f64>,
+    /// The estimate's stated standard deviation.
+    sigma: fn(&FrameRecord) -> Option<f64>,
 }
 
 const QUANTITIES: [Quantity; 2] = [
@@ -62,6 +67,7 @@ const QUANTITIES: [Quantity; 2] = [
         metrics: ["lateral_rms_m", "lateral_max_m", "lateral_estimate_rms_m"],
         truth: |f| f.truth.lateral_m,
         estimate: |f| f.measurement.lateral_m,
+        sigma: |f| f.score.lateral_sigma_m,
     },
     Quantity {
         title: "Heading error",
@@ -72,6 +78,7 @@ const QUANTITIES: [Quantity; 2] = [
         metrics: ["heading_rms_rad", "heading_max_rad", "heading_estimate_rms_rad"],
         truth: |f| f.truth.heading_rad,
         estimate: |f| f.measurement.heading_rad,
+        sigma: |f| f.score.heading_sigma_rad,
     },
 ];
 
@@ -189,8 +196,14 @@ impl<'a> Time<'a> {
         let levels = self.levels(&[(quantity.metrics[2], "rms", "RMS bound")]);
         let all = self.run.frames.iter().filter_map(error).collect();
         let y = range(Vec::new(), all, &levels);
-        let series =
+        let mut series =
             vec![Series { label: "error".to_owned(), class: "estimate", style: Style::Dots, points: self.points(error) }];
+        for (sign, label) in [(1.0, "three stated deviations"), (-1.0, "")] {
+            let points = self.points(|frame| (quantity.sigma)(frame).map(|sigma| sign * 3.0 * sigma * words.per_si));
+            if points.iter().any(|(_, y)| y.is_some()) {
+                series.push(Series { label: label.to_owned(), class: "sigma", style: Style::Line, points });
+            }
+        }
         Chart::new(quantity.estimate_title, note, self.plot(quantity.estimate_axis, y, levels, series))
     }
 

@@ -4,11 +4,14 @@
 //! - `plan`: the robot's path on the plan of the duct, to scale; `unrolled`: the same along the centreline, widened;
 //! - `charts`: errors, estimates, wheel speeds and clearance over time, drawn by [`plot`] with the [`ticks`] of its axes;
 //! - `key_frames`: what the camera saw and what the navigator made of it;
-//! - `thinning`: long series without the points that nobody sees.
+//! - `thinning`: long series without the points that nobody sees;
+//! - [`accuracy`]: the page of an accuracy study, with its [`heat_map`]s.
 //!
 //! Colours are names in the page's style sheet, so that light, dark and printed pages each have their own.
 
+pub mod accuracy;
 mod charts;
+pub mod heat_map;
 mod key_frames;
 mod plan;
 pub mod plot;

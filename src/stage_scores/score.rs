@@ -147,8 +147,10 @@ pub fn score(
     lateral_m: f64,
     heading_rad: f64,
 ) -> Score {
+    // A perception that answers without a centre does not tell of its stages.
+    let tells = !stages.centres.is_empty() || measurement.lateral_m.is_none();
     Score {
-        centres: centres(truth, stages.centres),
+        centres: if tells { centres(truth, stages.centres) } else { CentreScore::default() },
         lines: lines(scene, truth, stages),
         walls: Wall::ALL.into_iter().filter_map(|wall| wall_score(truth, stages.planes, measurement, wall)).collect(),
         lateral_error_m: measurement.lateral_m.map(|lateral| lateral - lateral_m),

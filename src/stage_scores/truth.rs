@@ -249,9 +249,14 @@ impl Station<'_> {
             return None;
         }
         let pixel = self.scene.projection.pixel_of(&in_camera);
-        let ray = Unit::new_normalize(-toward);
-        let met = self.scene.network.cast(self.cell, &self.camera, &ray, f64::INFINITY);
-        if met.is_some_and(|met| met.distance_m < toward.norm() - SAME_M) {
+        // Within one convex cell nothing is in the way but bodies.
+        let is_clear = hit.cell == self.cell && self.scene.network.cells[self.cell].solids.is_empty();
+        let hidden = || {
+            let ray = Unit::new_normalize(-toward);
+            let met = self.scene.network.cast(self.cell, &self.camera, &ray, f64::INFINITY);
+            met.is_some_and(|met| met.distance_m < toward.norm() - SAME_M)
+        };
+        if !is_clear && hidden() {
             return None;
         }
         Some(Seen { pixel, plane: self.plane(hit, truth) })

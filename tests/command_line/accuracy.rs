@@ -1,0 +1,82 @@
+//! `accuracy`, and `check` of its files.
+
+use serde_json::Value;
+
+use super::workshop::{Workshop, keys};
+
+fn study(workshop: &Workshop) {
+    let text = std::fs::read_to_string("scenarios/studies/accuracy-smoke.toml").expect("the study");
+    workshop.write("smoke.toml", text.replace("count = 4", "count = 1"));
+}
+
+#[test]
+fn a_study_leaves_figures_tables_and_maps() {
+    let workshop = Workshop::new();
+    study(&workshop);
+    let ran = workshop.run(&["accuracy", "smoke.toml", "--json"]).expect(0);
+    assert!(ran.stderr.contains("paper"), "{}", ran.stderr);
+    let document = ran.json();
+    let paper = &document["pipelines"]["paper"];
+    assert_eq!(
+        keys(paper)[..7],
+        ["poses", "detected", "wall_distance_rms_m", "heading_rms_rad", "lateral_rms_m", "nees", "bound_ratio"]
+    );
+    assert_eq!(keys(&paper["bound_ratio"]), ["wall_distance", "heading", "lateral"]);
+    assert_eq!(paper["poses"], 4);
+    assert!(paper["wall_distance_rms_m"].as_f64().expect("measured") > 0.0);
+    // The paper's chain states no deviations.
+    assert_eq!(paper["nees"], Value::Null);
+    assert_eq!(document["cells"].as_array().expect("cells").len(), 4);
+    assert_eq!(document["cells"][3]["values"]["sensor.preset"], "incra1");
+    let names = workshop.names("out/accuracy-smoke");
+    assert_eq!(names, ["accuracy.parquet", "manifest.json", "maps", "report.html", "scenario.toml", "summary.json"]);
+    assert_eq!(workshop.names("out/accuracy-smoke/maps"), ["paper-heading.svg", "paper-lateral.svg", "paper-wall.svg"]);
+    let written: Value = serde_json::from_str(&workshop.read("out/accuracy-smoke/summary.json")).expect("JSON");
+    assert_eq!(written, document);
+    // Again, on another number of threads: the same table to the byte.
+    let table = |workshop: &Workshop| workshop.files("out/accuracy-smoke").remove("accuracy.parquet").expect("the table");
+    let before = table(&workshop);
+    let silent = workshop.run(&["accuracy", "smoke.toml", "--threads", "3", "--quiet"]).expect(0);
+    assert_eq!((silent.stdout.as_str(), silent.stderr.as_str()), ("", ""));
+    assert_eq!(table(&workshop), before);
+}
+
+#[test]
+fn a_bound_that_does_not_hold_exits_1_and_is_named() {
+    let workshop = Workshop::new();
+    study(&workshop);
+    let ran = workshop.run(&["accuracy", "smoke.toml", "--set", "pass.paper.heading_rms_deg=1e-9"]).expect(1);
+    assert!(ran.stdout.contains("FAIL paper: heading_rms_deg"), "{}", ran.stdout);
+    // What was not measured holds no bound.
+    let ran = workshop.run(&["accuracy", "smoke.toml", "--set", "pass.paper.nees=9", "--json"]).expect(1);
+    assert_eq!(ran.json()["reasons"][0]["value"], Value::Null);
+}
+
+#[test]
+fn what_is_wrong_exits_2_before_anything_runs() {
+    let workshop = Workshop::new();
+    study(&workshop);
+    let ran = workshop.run(&["accuracy", "short.toml"]).expect(2);
+    assert!(ran.stderr.contains("no accuracy study") && ran.stderr.contains("short.toml:2"), "{}", ran.stderr);
+    let ran = workshop.run(&["accuracy", "smoke.toml", "--set", "poses.count=0", "--json"]).expect(2);
+    assert!(ran.json()["errors"][0]["message"].as_str().expect("words").contains("`count`"), "{}", ran.stdout);
+    let ran = workshop.run(&["accuracy", "missing.toml"]).expect(2);
+    assert!(ran.stderr.contains("there is no such file"), "{}", ran.stderr);
+    // And a study is no scenario.
+    let ran = workshop.run(&["run", "smoke.toml"]).expect(2);
+    assert!(ran.stderr.contains("ductloop accuracy FILE"), "{}", ran.stderr);
+    assert!(!workshop.path("out").exists());
+}
+
+#[test]
+fn check_knows_studies_and_folders_leave_them_alone() {
+    let workshop = Workshop::new();
+    study(&workshop);
+    let ran = workshop.run(&["check", "smoke.toml"]).expect(0);
+    assert!(ran.stdout.contains("smoke.toml: ok") && ran.stdout.contains("cells: 4, poses: 4"), "{}", ran.stdout);
+    let both = workshop.run(&["check", "smoke.toml", "short.toml", "--json"]).expect(0).json();
+    assert_eq!(both["scenarios"].as_array().expect("rows").len(), 2);
+    workshop.write("broken.toml", "format = 1\nkind = \"accuracy\"\nname = \"x\"\n[poses]\ncounts = 3\n");
+    let ran = workshop.run(&["check", "broken.toml", "missing.toml"]).expect(2);
+    assert!(ran.stderr.contains("unknown key `counts`") && ran.stderr.contains("missing.toml"), "{}", ran.stderr);
+}
