@@ -8,12 +8,20 @@ use ductloop_nav::exposure::{AutoExposure, ExposureParams};
 use ductloop_nav::messages::{Counts, Frame};
 use ductloop_nav::navigator::{DuctNavigator, Navigator, NavigatorParams, State};
 use ductloop_nav::odometry::DriveModel;
+use ductloop_nav::perception::Perception;
 use ductloop_nav::perception::paper::{PaperParams, PaperPerception};
+use ductloop_nav::perception::robust::{RobustParams, RobustPerception};
 use ductloop_nav::rig::MountAngles;
 use ductloop_nav::wheel_controller::{WheelController, WheelGains};
 
 #[test]
 fn no_allocation_after_the_first_frames() {
+    let rig = wide();
+    does_not_allocate(PaperPerception::new(rig.clone(), PaperParams::default()));
+    does_not_allocate(RobustPerception::new(rig, RobustParams::default()));
+}
+
+fn does_not_allocate(perception: impl Perception) {
     let rig = wide();
     let poses = [0.0, 0.01, 0.02, -0.02].map(|lateral_m| Pose { lateral_m, heading_rad: 0.02, width_m: 0.5 });
     let mut images = poses.map(|pose| image(&rig, &pose, [true; 2])).to_vec();
@@ -25,7 +33,6 @@ fn no_allocation_after_the_first_frames() {
         wheel_bandwidth_rad_s: 60.0,
     };
     let params = NavigatorParams { ticks_per_s: 1200.0, ticks_per_frame: 40, drive, coast_s: 0.5, mount: MountAngles::default() };
-    let perception = PaperPerception::new(rig.clone(), PaperParams::default());
     let exposure = ExposureParams { target_dn: 150.0, exposure_s: [1e-4, 1e-2], laser_power: [0.1, 1.0], first_exposure_s: 4e-3 };
     let mut navigator = DuctNavigator::new(params, perception, KohCho::new(KohChoParams::default()))
         .with_auto_exposure(AutoExposure::new(exposure, &rig));

@@ -108,10 +108,10 @@ mod tests {
     }
 
     proptest! {
-        /// Any moderate lens: ray and pixel are inverses, and the derivative is the difference quotient.
+        /// Any lens whose image does not fold within the frame: ray and pixel are inverses, and the derivative is the difference quotient.
         #[test]
         fn there_and_back(
-            k1 in -0.35..0.3f64, k2 in -0.05..0.15f64, p1 in -2e-3..2e-3f64, p2 in -2e-3..2e-3f64,
+            k1 in -0.25..0.3f64, k2 in 0.0..0.15f64, p1 in -2e-3..2e-3f64, p2 in -2e-3..2e-3f64,
             u in -0.5..639.5f64, v in -0.5..479.5f64,
         ) {
             let lens = Lens::new(&camera(Distortion { k1, k2, p1, p2, k3: 0.0 }));

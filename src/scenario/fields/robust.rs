@@ -43,10 +43,10 @@ pub(super) const FIELDS: &[Field] = &[
         .about("How far walls may lean against the robot's own upright: standard deviation."),
     Field::number("perception.robust.offset_px", 0.0001, 10.0, |s| &mut s.perception.robust.offset_px)
         .unit("px")
-        .default("0.003")
+        .default("0.004")
         .about("Error that all centres of a stripe have in common: standard deviation ..."),
     Field::number("perception.robust.offset_share", 0.0, 1.0, |s| &mut s.perception.robust.offset_share)
-        .default("0.0005")
+        .default("0.0008")
         .about("... and what is added to it, as a share of the stripe's thickness (standard deviation)."),
     Field::size("perception.robust.min_centres", 3, 8192, |s| &mut s.perception.robust.min_centres)
         .default("24")

@@ -82,8 +82,8 @@ impl Default for RobustParams {
             range_m: [0.08, 4.0],
             max_heading_rad: 35.0_f64.to_radians(),
             lean_rad: 0.2_f64.to_radians(),
-            offset_px: 0.003,
-            offset_share: 0.0005,
+            offset_px: 0.004,
+            offset_share: 0.0008,
             min_centres: 24,
             duct_width_m: 0.5,
         }

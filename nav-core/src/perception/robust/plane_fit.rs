@@ -105,9 +105,10 @@ pub(super) fn fit(
         let plane = judge(m, inverse, leaning, &stripes, priors);
         result = Some(plane);
     }
-    let plane = result?;
-    let likeness = likeness(&plane.m, points, projector);
-    Some(Plane { covariance: plane.covariance * likeness, ..plane })
+    let (plane, scatter) = result?;
+    // Both hold the centres' own scatter.
+    let excess = scatter.max(likeness(&plane.m, points, projector));
+    Some(Plane { covariance: plane.covariance * excess, ..plane })
 }
 
 fn offset_weight(stripe: &Stripe, priors: &Priors) -> f64 {
@@ -155,7 +156,7 @@ fn prior(wall: Wall, m: &Vector3<f64>, upright: &Upright, priors: &Priors) -> (M
     }
 }
 
-fn judge(m: Vector3<f64>, inverse: Matrix3<f64>, leaning: f64, stripes: &[Stripe; MOST_LASERS], priors: &Priors) -> Plane {
+fn judge(m: Vector3<f64>, inverse: Matrix3<f64>, leaning: f64, stripes: &[Stripe; MOST_LASERS], priors: &Priors) -> (Plane, f64) {
     let mut counts = [0; MOST_LASERS];
     let (mut chi2, mut freedom, mut disagreement) = (0.0, -3.0, leaning);
     for (stripe, count) in stripes.iter().zip(&mut counts) {
@@ -172,7 +173,7 @@ fn judge(m: Vector3<f64>, inverse: Matrix3<f64>, leaning: f64, stripes: &[Stripe
         disagreement += offset * offset * prior;
     }
     let scatter = (chi2 / freedom.max(1.0)).max(1.0);
-    Plane { m, covariance: inverse * scatter, counts, disagreement }
+    (Plane { m, covariance: inverse, counts, disagreement }, scatter)
 }
 
 /// By how much the centres' errors weigh more than they say, because neighbours err alike: light that is uneven over many columns
@@ -200,7 +201,7 @@ fn likeness(m: &Vector3<f64>, points: &[Point], projector: &Projector) -> f64 {
         let freedom = runs - 4.0;
         if freedom >= 3.0 {
             let ratio = squares / freedom;
-            let by_chance = 1.0 + 2.5 * (2.0_f64 / freedom).sqrt();
+            let by_chance = 1.0 + 4.0 * (2.0_f64 / freedom).sqrt();
             if ratio > by_chance {
                 most = most.max(ratio);
             }

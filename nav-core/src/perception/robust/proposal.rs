@@ -209,7 +209,14 @@ impl Proposer {
                 continue;
             }
             let found = gather(wall, reading.m, segments, taken, projector, upright);
-            if found.segments != 0 && best.is_none_or(|b| total(&b) < total(&found)) {
+            // Another stripe that could be the second of this wall, and is not where it would have to be, contradicts it.
+            let contradicted = self.readings.iter().any(|other| {
+                other.wall == wall
+                    && other.laser != reading.laser
+                    && (taken | found.segments) >> other.segment & 1 == 0
+                    && segments[other.segment].blocks >= LONE_BLOCKS / 2
+            });
+            if !contradicted && found.segments != 0 && best.is_none_or(|b| total(&b) < total(&found)) {
                 best = Some(found);
             }
         }
