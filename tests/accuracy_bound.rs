@@ -350,3 +350,60 @@ fn rendered_frames_scatter_by_the_bound() {
         assert!(ratios.iter().all(|ratio| (0.78..1.3).contains(ratio)), "{ratios:?}");
     }
 }
+
+/// A thick stripe is not symmetric: with u = d / sigma_w = (t / s) (1 + kappa t) and E = E0 (1 + epsilon t) at t pixels from its middle,
+/// its centroid is s^2 (epsilon - 3 kappa) off. On a matt wall all of that is geometry: how far, how squarely met, how wide.
+#[test]
+fn the_centroid_of_a_thick_stripe_is_off_as_geometry_says() {
+    // No headlamp, no noise: a centroid is that of the stripe.
+    let scenario = scenario(
+        "incra1",
+        "noise = false\n[sensor.ccd]\nbits = 12\n[sensor.light]\nheadlamp_peak_dn = 0.0\nstripe_peak_dn = 100.0\n[surface.sheet]\n\
+         albedo = 0.5\nfriction = 0.7",
+    );
+    let stand = Stand::at(&scenario, 0.03, 3.0);
+    let power = [1.0, 0.0, 0.0, 0.0];
+    let truth = stand.truth(&power);
+    let mut image = GreyImage::black(&scenario.rig.camera, scenario.optics.ccd.bits);
+    let mut renderer = Engine::Cpu.renderer(&scenario, 1).unwrap();
+    renderer.render(&stand.view(&scenario, 0, power), image.room()).unwrap();
+    let light = Light::new(&scenario, &stand.scene, &power);
+    let (rig, projection) = (stand.scene.rig(), stand.scene.projection());
+    let (mut off2, mut left2, mut count) = (0.0, 0.0, 0.0);
+    for centre in inner(&truth, 12) {
+        let Some(stripe) = light.stripe(&truth, centre) else { continue };
+        let Some(pixels) = column(&image, centre, &stripe).filter(|_| stripe.light(centre.at_px).0 > 15.0) else { continue };
+        let shown = pixels.iter().map(|(at, dn)| (at - centre.at_px, dn - scenario.optics.ccd.black_level_dn));
+        let (sum, moment) = shown.fold((0.0, 0.0), |(sum, moment), (at, dn)| (sum + dn, moment + dn * at));
+        let off = moment / sum;
+
+        let (plane, laser) = (&truth.planes[centre.plane], &rig.lasers[centre.laser]);
+        let normal = plane.normal_in_camera.into_inner();
+        // u and E of the wall's point at a place of the column.
+        let at = |t: f64| {
+            let place = centre.at_px + t;
+            let pixel = if centre.scan == Scan::Column { [centre.line as f64, place] } else { [place, centre.line as f64] };
+            let [x, y] = projection.ray(pixel);
+            let ray = Vector3::new(x, y, 1.0);
+            let point = ray * (plane.camera_distance_m / normal.dot(&ray));
+            let way = point - laser.source_in_camera.coords;
+            let width = rig.line.at(way.norm());
+            let cos4 = 1.0 / (ray.norm_squared() * ray.norm_squared());
+            let even = normal.dot(&way) / way.norm() * cos4 / (way.norm() * width);
+            ((laser.normal_in_camera.dot(&point) - laser.offset_m) / (width / 2.354_820_045), even)
+        };
+        const STEP: f64 = 2.0;
+        let (ahead, behind) = (at(STEP), at(-STEP));
+        let per_s = (ahead.0 - behind.0) / (2.0 * STEP);
+        let kappa = (ahead.0 + behind.0) / (2.0 * STEP * STEP) / per_s;
+        let epsilon = (ahead.1 - behind.1) / (2.0 * STEP) / at(0.0).1;
+        let left = off - (epsilon - 3.0 * kappa) / (per_s * per_s);
+        off2 += off * off;
+        left2 += left * left;
+        count += 1.0;
+    }
+    let [off, left] = [off2, left2].map(|sum: f64| (sum / count).sqrt());
+    println!("incra1, matt: centroids {off:.4} px RMS off, {left:.4} px beyond what geometry says, {count} columns");
+    // Steps of 12 bits, over the sixty pixels of a stripe, leave some thousandths.
+    assert!(count > 300.0 && off > 0.015 && left < 0.008 && left < off / 3.0, "{off} {left} {count}");
+}

@@ -44,8 +44,8 @@ fn walls_are_where_the_pose_says() {
             }
             // The stages of a pipeline that works on such easy frames.
             let centres = &reading.score.centres;
-            // The paper's takes stripes on side walls only; those on floor and ceiling are there as well.
-            assert!(centres.precision().unwrap() > 0.9 && centres.recall().unwrap() > 0.2, "{centres:?}");
+            // How many it finds is the paper's affair: it takes stripes on side walls only, in pairs.
+            assert!(centres.precision().unwrap() > 0.9 && centres.found >= 100, "{centres:?}");
             assert!(centres.rms_px().unwrap() < 0.5, "{centres:?}");
             assert!(reading.score.lines.rms_px().unwrap() < 0.5, "{:?}", reading.score.lines);
         }

@@ -23,6 +23,7 @@ pub struct Spread {
     sum: f64,
     square: f64,
     worst: f64,
+    worst_at: Option<(usize, u64)>,
     normalised_square: f64,
     /// How many of the measured have a bound, the sums of the squares of their errors and of their bounds.
     bounded: usize,
@@ -63,14 +64,16 @@ pub struct Figures {
 
 impl Spread {
     /// Takes in one that is to be measured, its error if it was, the stated deviation, and the least that there could be.
-    pub fn add(&mut self, error: Option<f64>, sigma: Option<f64>, bound: Option<f64>) {
+    ///
+    /// `at` is its (cell, pose).
+    pub fn add(&mut self, at: (usize, u64), error: Option<f64>, sigma: Option<f64>, bound: Option<f64>) {
         self.there += 1;
         let Some(error) = error else { return };
         self.count += 1;
         self.sum += error;
         self.square += error * error;
-        if error.abs() > self.worst.abs() {
-            self.worst = error;
+        if self.worst_at.is_none() || error.abs() > self.worst.abs() {
+            (self.worst, self.worst_at) = (error, Some(at));
         }
         if let Some(sigma) = sigma {
             self.stated += 1;
@@ -100,6 +103,11 @@ impl Spread {
     /// The error that is largest either way.
     pub fn worst(&self) -> Option<f64> {
         self.mean_of(self.worst).map(|_| self.worst)
+    }
+
+    /// Where it is: (cell, pose).
+    pub fn worst_at(&self) -> Option<(usize, u64)> {
+        self.worst_at
     }
 
     /// Mean square of error over stated deviation: 1 where the deviations are true.
@@ -137,12 +145,13 @@ impl Figures {
 
     fn add(&mut self, trial: &Trial, reading: &Reading) {
         let score = &reading.score;
+        let at = (trial.cell, trial.index);
         self.poses += 1;
         let walls: Vec<&WallScore> = SIDES.into_iter().filter_map(|wall: Wall| score.wall(wall)).collect();
         let mut normalised = score.normalised().chain(walls.iter().flat_map(|wall| wall.normalised()));
         // A deviation that is no number is as wrong as a small one.
         if normalised.any(|ratio| ratio.is_nan() || ratio.abs() > CONFIDENT_AND_WRONG) {
-            self.beyond_6_sigma.push((trial.cell, trial.index));
+            self.beyond_6_sigma.push(at);
         }
         self.states_deviations |= score.normalised().next().is_some();
         self.add_centres(&score.centres);
@@ -151,14 +160,14 @@ impl Figures {
         for wall in walls.into_iter().filter(|wall| reading.counts(wall.wall)) {
             let side = SIDES.iter().position(|side| *side == wall.wall);
             let bound = side.and_then(|side| trial.bounds.walls[side]);
-            self.wall_distance.add(wall.distance_error_m, wall.distance_sigma_m, bound.map(|bound| bound.distance_m));
-            self.wall_heading.add(wall.heading_error_rad, wall.heading_sigma_rad, bound.map(|bound| bound.heading_rad));
-            self.wall_normal.add(wall.normal_error_rad, None, None);
+            self.wall_distance.add(at, wall.distance_error_m, wall.distance_sigma_m, bound.map(|bound| bound.distance_m));
+            self.wall_heading.add(at, wall.heading_error_rad, wall.heading_sigma_rad, bound.map(|bound| bound.heading_rad));
+            self.wall_normal.add(at, wall.normal_error_rad, None, None);
         }
         if reading.shows_pose() {
             self.shown += 1;
-            self.heading.add(score.heading_error_rad, score.heading_sigma_rad, trial.bounds.heading_rad);
-            self.lateral.add(score.lateral_error_m, score.lateral_sigma_m, trial.bounds.lateral_m);
+            self.heading.add(at, score.heading_error_rad, score.heading_sigma_rad, trial.bounds.heading_rad);
+            self.lateral.add(at, score.lateral_error_m, score.lateral_sigma_m, trial.bounds.lateral_m);
             if reading.is_answered() {
                 self.detected += 1;
                 let mut ratios = score.normalised().peekable();

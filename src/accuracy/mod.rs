@@ -18,4 +18,4 @@ pub mod verdict;
 
 pub use all::{Trials, carry_out};
 pub use figures::{Figures, Spread};
-pub use trial::{Trial, TrialError};
+pub use trial::{Again, Trial, TrialError, again};

@@ -1,7 +1,7 @@
 //! One frame: rendered, read by each pipeline, held against the truth.
 
-use ductloop_nav::perception::Wall;
-use ductloop_sensor::renderer::View;
+use ductloop_nav::perception::{StripeLine, Wall};
+use ductloop_sensor::renderer::{MAX_LASERS, View};
 
 use super::bound::Bounds;
 use super::pose::Pose;
@@ -10,8 +10,8 @@ use crate::engine::Engine;
 use crate::grey_image::GreyImage;
 use crate::pilot::perception;
 use crate::scenario::accuracy_file::Poses;
-use crate::scenario::{Pipeline, Scenario};
-use crate::stage_scores::{Score, TruthScene, score};
+use crate::scenario::{Pipeline, Scenario, Start};
+use crate::stage_scores::{Score, StageTruth, TruthScene, score};
 use crate::viewpoint::{still, world_from_camera};
 
 /// A frame and what the pipelines made of it.
@@ -100,25 +100,64 @@ pub fn trial(
     Ok(Trial { cell, index, pose, bounds, readings })
 }
 
-fn read(scenario: &Scenario, pose: &Pose, index: u64, pipelines: &[Pipeline]) -> Result<(Bounds, Vec<Reading>), RunError> {
-    let network = scenario.duct.network()?;
-    let scene = TruthScene::new(scenario)?;
-    let base = pose.world_from_base(&network.centreline);
-    let rest = scenario.rig.mount.rest;
-    let camera = world_from_camera(scene.rig(), &base, rest, Default::default());
-    let laser_power = scenario.laser_powers(1.0);
-    let view = View { frame: index, laser_power, ..still(camera, scenario.first_exposure_s()) };
-    let mut image = GreyImage::black(&scenario.rig.camera, scenario.optics.ccd.bits);
-    Engine::Cpu.renderer(scenario, 1)?.render(&view, image.room())?;
+/// A pose's frame, made again: for those who want to see where a pipeline went wrong.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Again {
+    /// The scenario, which starts at the pose.
+    pub scenario: Scenario,
+    /// The image, to the bit.
+    pub image: GreyImage,
+    /// The lines that the pipeline found in it.
+    pub lines: Vec<StripeLine>,
+}
 
-    let near = network.centreline.segments.len() / 2;
-    let truth = scene.of(&base, &camera, near, &laser_power)?;
+/// Makes the frame of a pose again and has a pipeline read it.
+///
+/// # Errors
+/// As [`trial`].
+pub fn again(scenario: &Scenario, poses: &Poses, index: u64, pipeline: Pipeline) -> Result<Again, RunError> {
+    let pose = Pose::draw(scenario, poses, scenario.seed, index);
+    let mut own = pose.scenario(scenario);
+    own.start = Start { distance_m: pose.distance_m, lateral_m: pose.lateral_m, heading_rad: pose.heading_rad };
+    own.perception.pipeline = pipeline;
+    let exposed = Exposed::of(&own, &pose, index)?;
+    let mut perception = perception(&own);
+    perception.perceive(&exposed.image.frame(), own.rig.mount.rest);
+    let lines = perception.stages().lines.to_vec();
+    Ok(Again { scenario: own, image: exposed.image, lines })
+}
+
+/// A frame with what there is to know about it.
+struct Exposed {
+    image: GreyImage,
+    scene: TruthScene,
+    truth: StageTruth,
+    laser_power: [f64; MAX_LASERS],
+}
+
+impl Exposed {
+    fn of(scenario: &Scenario, pose: &Pose, index: u64) -> Result<Self, RunError> {
+        let network = scenario.duct.network()?;
+        let scene = TruthScene::new(scenario)?;
+        let base = pose.world_from_base(&network.centreline);
+        let camera = world_from_camera(scene.rig(), &base, scenario.rig.mount.rest, Default::default());
+        let laser_power = scenario.laser_powers(1.0);
+        let view = View { frame: index, laser_power, ..still(camera, scenario.first_exposure_s()) };
+        let mut image = GreyImage::black(&scenario.rig.camera, scenario.optics.ccd.bits);
+        Engine::Cpu.renderer(scenario, 1)?.render(&view, image.room())?;
+        let truth = scene.of(&base, &camera, network.cells.len() / 2, &laser_power)?;
+        Ok(Self { image, scene, truth, laser_power })
+    }
+}
+
+fn read(scenario: &Scenario, pose: &Pose, index: u64, pipelines: &[Pipeline]) -> Result<(Bounds, Vec<Reading>), RunError> {
+    let Exposed { image, scene, truth, laser_power } = Exposed::of(scenario, pose, index)?;
     let read_by = |pipeline: Pipeline| {
         let mut own = scenario.clone();
         own.perception.pipeline = pipeline;
         // A pipeline that remembers frames must not remember another pose's.
         let mut perception = perception(&own);
-        let measurement = perception.perceive(&image.frame(), rest);
+        let measurement = perception.perceive(&image.frame(), scenario.rig.mount.rest);
         let score = score(&scene, &truth, &perception.stages(), &measurement, pose.lateral_m, pose.heading_rad);
         Reading { pipeline, score }
     };

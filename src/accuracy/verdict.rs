@@ -16,9 +16,11 @@ pub struct Miss {
 
 /// The document of one pipeline's figures.
 pub fn document(figures: &Figures) -> Value {
+    let at = |(cell, pose): (usize, u64)| json!({"cell": cell, "pose": pose});
     let spread = |spread: &Spread| {
         json!({
             "there": spread.there, "measured": spread.count, "bias": spread.bias(), "rms": spread.rms(), "worst": spread.worst(),
+            "worst_at": spread.worst_at().map(at),
             "nees": spread.nees(), "bound": spread.bound(), "bound_ratio": spread.bound_ratio(),
         })
     };
@@ -39,7 +41,7 @@ pub fn document(figures: &Figures) -> Value {
         "detection": figures.detection(),
         "within_3_sigma": figures.within_3_sigma(),
         "beyond_6_sigma": figures.beyond_6_sigma(),
-        "beyond_6_sigma_poses": figures.beyond_6_sigma.iter().map(|(cell, pose)| json!({"cell": cell, "pose": pose})).collect::<Vec<_>>(),
+        "beyond_6_sigma_poses": figures.beyond_6_sigma.iter().copied().map(at).collect::<Vec<_>>(),
         "centres_rms_px": centres.rms_px(),
         "centres": {
             "precision": centres.precision(), "recall": centres.recall(), "rms_px": centres.rms_px(), "nees": centres.mean_nees(),

@@ -1,17 +1,18 @@
 //! `ductloop accuracy`: a grid of poses, each rendered, read and held against the truth.
 
+use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use ductloop::Verdict;
 use ductloop::accuracy::verdict::{self, Miss};
-use ductloop::accuracy::{Trials, carry_out};
+use ductloop::accuracy::{Trials, again, carry_out};
 use ductloop::engine::Threads;
 use ductloop::output::{FolderError, Manifest, RunFolder, folder_name};
 use ductloop::report;
 use ductloop::scenario::accuracy_file::AccuracyFile;
-use ductloop::scenario::shown;
+use ductloop::scenario::{Pipeline, shown};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Map, Value, json};
 
@@ -175,6 +176,19 @@ fn words(miss: &Miss) -> String {
     format!("FAIL {}: {} is {value}, {word} {}", bound.pipeline.word(), bound.bound.key, shown(bound.value))
 }
 
+/// Poses that somebody will want to see: of each pipeline those that are confident and wrong, the first of them, and the worst.
+fn notable(file: &AccuracyFile, trials: &Trials) -> BTreeSet<(usize, u64, Pipeline)> {
+    const CONFIDENT_AND_WRONG: usize = 8;
+    let mut poses = BTreeSet::new();
+    for pipeline in &file.pipelines {
+        let figures = trials.figures(None, *pipeline);
+        let worst = [&figures.wall_distance, &figures.heading, &figures.lateral].map(|spread| spread.worst_at());
+        let wrong = figures.beyond_6_sigma.iter().take(CONFIDENT_AND_WRONG).copied();
+        poses.extend(worst.into_iter().flatten().chain(wrong).map(|(cell, index)| (cell, index, *pipeline)));
+    }
+    poses
+}
+
 fn write(
     folder: &RunFolder,
     file: &AccuracyFile,
@@ -186,6 +200,12 @@ fn write(
     folder.write("scenario.toml", toml.as_bytes())?;
     folder.write("manifest.json", manifest.to_json()?.as_bytes())?;
     folder.write("accuracy.parquet", &ductloop::output::accuracy::parquet(file, trials)?)?;
+    for (cell, index, pipeline) in notable(file, trials) {
+        let frame = again(&file.cells[cell].scenario, &file.poses, index, pipeline)?;
+        let name = format!("poses/{cell:03}-{index:06}-{}", pipeline.word());
+        folder.write(&format!("{name}.png"), &ductloop::picture::overlay_png(&frame.image, &frame.lines)?)?;
+        folder.write(&format!("{name}.toml"), frame.scenario.to_toml().as_bytes())?;
+    }
     let maps = report::accuracy::heat_maps(file, trials);
     for (name, map) in &maps {
         folder.write(&format!("maps/{name}.svg"), map.svg().as_bytes())?;

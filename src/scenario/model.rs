@@ -117,7 +117,7 @@ pub struct Perception {
 }
 
 /// A way from images to errors.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Pipeline {
     /// Sub-pixel centres, walls and deviations, robust against what does not belong to a stripe.
     Robust,

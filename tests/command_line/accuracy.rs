@@ -29,10 +29,15 @@ fn a_study_leaves_figures_tables_and_maps() {
     assert_eq!(document["cells"].as_array().expect("cells").len(), 4);
     assert_eq!(document["cells"][3]["values"]["sensor.preset"], "incra1");
     let names = workshop.names("out/accuracy-smoke");
-    assert_eq!(names, ["accuracy.parquet", "manifest.json", "maps", "report.html", "scenario.toml", "summary.json"]);
+    assert_eq!(names, ["accuracy.parquet", "manifest.json", "maps", "poses", "report.html", "scenario.toml", "summary.json"]);
     assert_eq!(workshop.names("out/accuracy-smoke/maps"), ["paper-heading.svg", "paper-lateral.svg", "paper-wall.svg"]);
     let written: Value = serde_json::from_str(&workshop.read("out/accuracy-smoke/summary.json")).expect("JSON");
     assert_eq!(written, document);
+    // The worst pose can be looked at: its picture, and a scenario that starts there.
+    let at = &paper["wall_distance_m"]["worst_at"];
+    let worst = format!("poses/{:03}-{:06}-paper", at["cell"].as_u64().expect("a cell"), at["pose"].as_u64().expect("a pose"));
+    assert!(workshop.files("out/accuracy-smoke").contains_key(&format!("{worst}.png")));
+    workshop.run(&["check", &format!("out/accuracy-smoke/{worst}.toml")]).expect(0);
     // Again, on another number of threads: the same table to the byte.
     let table = |workshop: &Workshop| workshop.files("out/accuracy-smoke").remove("accuracy.parquet").expect("the table");
     let before = table(&workshop);
