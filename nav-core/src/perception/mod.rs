@@ -23,6 +23,7 @@ pub mod lens;
 pub mod line_fit;
 pub mod morphology;
 pub mod paper;
+pub mod ridge;
 pub mod robust;
 pub mod scan;
 pub mod thinning;
