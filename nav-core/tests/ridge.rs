@@ -139,7 +139,8 @@ fn several_stripes_and_bent_ones_are_told_apart() {
 #[test]
 fn bits_do_not_matter() {
     let stripe = Stripe { y0_px: 150.3, slope: 0.17, bend: 0.0, sigma_px: 2.0, height_dn: 90.0 };
-    let [small, large] = [(1.0, 255.0), (4095.0 / 255.0, 4095.0)].map(|(gain, full)| image(&[stripe], Across::V, 0.1, 1.0, gain, full));
+    let [small, large] =
+        [(1.0, 255.0), (4095.0 / 255.0, 4095.0)].map(|(gain, full)| image(&[stripe], Across::V, 0.1, 1.0, gain, full));
     let mut ridge = Ridge::new(RidgeParams::default());
     let from_8 = ridge.extract(&Frame::grey8(WIDTH, HEIGHT, &eight(&small)), None).to_vec();
     let from_12 = ridge.extract(&Frame::grey16(WIDTH, HEIGHT, &large, 4095), None);
@@ -168,7 +169,8 @@ fn nothing_is_seen_outside_the_region() {
 fn where_there_is_no_stripe_none_is_seen() {
     let mut ridge = Ridge::new(RidgeParams::default());
     let mut noise = Noise(3);
-    let mut noisy = |sigma: f64| (0..WIDTH * HEIGHT).map(|_| (100.0 + sigma * noise.normal()).clamp(0.0, 255.0) as u8).collect::<Vec<_>>();
+    let mut noisy =
+        |sigma: f64| (0..WIDTH * HEIGHT).map(|_| (100.0 + sigma * noise.normal()).clamp(0.0, 255.0) as u8).collect::<Vec<_>>();
     let step: Vec<u8> = (0..WIDTH * HEIGHT).map(|i| if i % WIDTH < 300 { 20 } else { 200 }).collect();
     let mut speck = vec![10_u8; WIDTH * HEIGHT];
     speck[200 * WIDTH + 300] = 255;

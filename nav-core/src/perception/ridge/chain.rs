@@ -3,18 +3,20 @@
 //! A chain is followed from column to column by the place that its course so far leads one to expect. It may be curved, as a stripe is
 //! behind a lens that distorts, and may miss a few columns; where it bends sharply it ends, and another one begins.
 
-/// A centre in scan coordinates, with what it was fitted to.
+/// A centre in scan coordinates: a place where a filter answered at first, then with what it was fitted to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Point {
     /// Column, in pixels along the stripe.
     pub(super) x: usize,
     /// The centre, in pixels across the stripe.
     pub(super) y_px: f64,
+    /// The stretch of the column that is its own, from the first value to one past the last.
+    pub(super) span: [u32; 2],
     /// Its variance if the noise is what was assumed.
     pub(super) variance_px2: f64,
-    /// Full width at half maximum, in pixels.
+    /// Full width at half maximum, in pixels; of a filter, what it stands for.
     pub(super) fwhm_px: f64,
-    /// Height above the background, in grey values.
+    /// Height above the background, in grey values; of a filter, its contrast.
     pub(super) height: f64,
     /// Squared residuals over their variance, and how many of them were free.
     pub(super) chi2: f64,
@@ -136,6 +138,16 @@ pub(super) fn follow(points: &mut [Point], following: &Following, chains: &mut V
     }
 }
 
+/// Takes out the points of chains that have become too short, of points that stand in the order of [`keep`].
+pub(super) fn keep_long(points: &mut Vec<Point>, following: &Following, lengths: &mut Vec<u32>) {
+    lengths.clear();
+    for chain in points.chunk_by(|a, b| a.chain == b.chain) {
+        lengths.resize(chain[0].chain as usize + 1, 0);
+        lengths[chain[0].chain as usize] = chain.len() as u32;
+    }
+    points.retain(|point| lengths[point.chain as usize] as usize >= following.min_points);
+}
+
 /// Takes out the points of chains that are too short or too sparse, and brings each chain's together, in the order of their columns.
 pub(super) fn keep(points: &mut Vec<Point>, chains: &[Chain], following: &Following) {
     points.retain(|point| chains[point.chain as usize].is_kept(following));
@@ -149,7 +161,7 @@ mod tests {
     const FOLLOWING: Following = Following { max_gap: 12, min_points: 20 };
 
     fn point(x: usize, y_px: f64) -> Point {
-        Point { x, y_px, variance_px2: 0.01, fwhm_px: 4.0, height: 100.0, chi2: 10.0, freedom: 10.0, chain: 0 }
+        Point { x, y_px, span: [0, 0], variance_px2: 0.01, fwhm_px: 4.0, height: 100.0, chi2: 10.0, freedom: 10.0, chain: 0 }
     }
 
     fn chains_of(points: &mut Vec<Point>) -> Vec<usize> {

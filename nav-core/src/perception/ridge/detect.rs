@@ -113,7 +113,8 @@ impl Filters {
             }
             let scale = (gain(width) / width as f64) as f32;
             let sums = &self.sums[..];
-            let sum = |from: usize| sums[from..].iter().zip(&sums[from + width..]).map(|(start, end)| end.wrapping_sub(*start) as i32);
+            let sum =
+                |from: usize| sums[from..].iter().zip(&sums[from + width..]).map(|(start, end)| end.wrapping_sub(*start) as i32);
             let (left, inner, right) = (sum(0), sum(width + gap), sum(2 * (width + gap)));
             let middle = width + gap + width / 2;
             let slots = self.best[middle..].iter_mut().zip(&mut self.width_of[middle..]);
@@ -150,7 +151,10 @@ mod tests {
             let found = peaks(&profile);
             assert_eq!(found.len(), 1, "{width}: {found:?}");
             let (y, by) = found[0];
-            assert!(y.abs_diff(100) <= 1 && by as f64 <= 1.6 * width as f64 && width as f64 <= 1.6 * by as f64, "{width}: {found:?}");
+            assert!(
+                y.abs_diff(100) <= 1 && by as f64 <= 1.6 * width as f64 && width as f64 <= 1.6 * by as f64,
+                "{width}: {found:?}"
+            );
         }
         let step: Vec<u16> = (0..200).map(|y| if y < 100 { 20 } else { 220 }).collect();
         assert_eq!(peaks(&step), []);

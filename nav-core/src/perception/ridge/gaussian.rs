@@ -1,8 +1,10 @@
 //! One profile across a stripe to a Gaussian on a background that may slope, by least squares: the maximum of likelihood where the
 //! noise is normal.
 //!
-//! Noise is what the sensor adds, the same everywhere, and speckle, a share of the stripe's own light ([`ProfileNoise`]): weights follow
-//! from the fitted shape, once refined. A full pixel says only that there was more light than it could tell: it counts where the model
+//! Noise is what the sensor adds, the same everywhere, and speckle, a share of the stripe's own light ([`ProfileNoise`]): the middle weighs
+//! less than the flanks, by a first fit in which all weigh the same. Real stripes stand in a halo that no Gaussian follows: where the first
+//! fit misses the background beside the stripe by more than noise explains, what it misses it by is taken for the noise there, so that the
+//! stripe's core decides. A full pixel says only that there was more light than it could tell: it counts where the model
 //! falls short of it, and not where it is beyond.
 //!
 //! A slope of the background, left out, would pull the middle: 0.02 grey values a pixel under a stripe 16 px wide and 120 high by 0.08 px.
@@ -50,7 +52,7 @@ pub struct ProfileNoise {
 pub struct GaussianFit {
     /// The fitted shape.
     pub shape: Gaussian,
-    /// Variance of its middle, in pixels squared, if the noise is what was assumed.
+    /// Variance of its middle, in pixels squared, if the noise is what was said, or beside the stripe what it turned out to be.
     pub centre_variance_px2: f64,
     /// Sum of squared residuals, each over its standard deviation: about [`GaussianFit::freedom`] if the noise is what was assumed.
     pub chi2: f64,
@@ -85,6 +87,11 @@ impl Gaussian {
         (if half_square < NOTHING_BEYOND { libm::exp(-half_square) } else { 0.0 }, off)
     }
 
+    /// Its value at y.
+    fn at(&self, y_px: f64) -> f64 {
+        self.background + self.slope * (y_px - self.centre_px) + self.height * self.share(y_px).0
+    }
+
     /// After a step in (c, ln s, a, b, g), of which b is the background where the middle was.
     fn stepped(&self, step: &Vector) -> Self {
         let slope = self.slope + step[4];
@@ -112,17 +119,73 @@ impl Gaussian {
 }
 
 /// The Gaussian that fits a profile best, sought from `start`; `None` where fewer than seven values count or the search leaves the
-/// profile.
+/// profile. Of a longer profile the 256 values about the start count.
 pub fn fit(profile: &Profile<'_>, start: &Gaussian, noise: &ProfileNoise) -> Option<GaussianFit> {
-    // Weights from the start first, then from what they led to.
-    let first = minimise(profile, start, start, noise)?.0;
-    let (shape, at) = minimise(profile, &first, &first, noise)?;
-    if at.counted < PARAMETERS + 2 || !shape.is_within(profile) {
+    let profile = profile.about(start.centre_px, MOST as f64 / 2.0);
+    let alike = ProfileNoise { floor: noise.floor + FIRST_FLOOR * start.height.abs(), speckle: 0.0 };
+    let first = minimise(&profile, start, &alike.weights(&profile, start), PARAMETERS)?.0;
+    if !first.is_within(&profile) {
+        return None;
+    }
+    let profile = profile.about(first.centre_px, REACH * first.sigma_px + REACH_PX);
+    let noise = ProfileNoise { floor: floor(&profile, &first, noise.floor), ..*noise };
+    let (shape, at) = minimise(&profile, &first, &noise.weights(&profile, &first), PARAMETERS + 2)?;
+    if !shape.is_within(&profile) {
         return None;
     }
     let centre_variance_px2 = at.curvature.try_inverse()?[(0, 0)];
     let fitted = GaussianFit { shape, centre_variance_px2, chi2: at.chi2, freedom: at.counted - PARAMETERS };
     (centre_variance_px2 > 0.0 && centre_variance_px2.is_finite() && at.chi2.is_finite()).then_some(fitted)
+}
+
+/// Most values that are looked at.
+const MOST: usize = 256;
+/// The floor of the first fit's noise as a share of the height: with the signal's own noise far below it, all values weigh the same.
+const FIRST_FLOOR: f64 = 0.1;
+/// The second fit reaches so many standard deviations to either side, and so many pixels more.
+const REACH: f64 = 3.0;
+/// See `REACH`.
+const REACH_PX: f64 = 2.0;
+/// Beside the stripe is where there is less than this share of its light.
+const BESIDE: f64 = 0.1;
+/// Misses beside the stripe that noise explains, as a multiple of its standard deviation: few values tell their scatter badly.
+const EXPLAINED: f64 = 1.6;
+
+/// The noise beside a stripe: what was said, or what the fit misses the values by there if that is clearly more.
+fn floor(profile: &Profile<'_>, shape: &Gaussian, said: f64) -> f64 {
+    let (mut n, mut squares) = (0, 0.0);
+    for (i, value) in profile.values.iter().enumerate() {
+        let y_px = (profile.first_px + i) as f64;
+        if shape.share(y_px).0 < BESIDE {
+            let residual = f64::from(*value) - shape.at(y_px);
+            (n, squares) = (n + 1, squares + residual * residual);
+        }
+    }
+    let missed = (squares / f64::from(n.max(1))).sqrt();
+    if missed > EXPLAINED * said { missed } else { said }
+}
+
+impl<'a> Profile<'a> {
+    /// The part of it within `reach_px` of a place.
+    fn about(&self, place_px: f64, reach_px: f64) -> Self {
+        let within = |at: f64| ((at - self.first_px as f64).max(0.0) as usize).min(self.values.len());
+        let (from, to) = (within((place_px - reach_px).ceil()), within((place_px + reach_px).floor() + 1.0));
+        let values: &'a [u16] = &self.values[from..to.max(from)];
+        Self { first_px: self.first_px + from, values: &values[..values.len().min(MOST)], full: self.full }
+    }
+}
+
+impl ProfileNoise {
+    /// One over the variance of each value of a profile of this shape.
+    fn weights(&self, profile: &Profile<'_>, shape: &Gaussian) -> [f64; MOST] {
+        let mut weights = [0.0; MOST];
+        for (i, weight) in weights.iter_mut().take(profile.values.len()).enumerate() {
+            let light = if self.speckle > 0.0 { shape.height * shape.share((profile.first_px + i) as f64).0 } else { 0.0 };
+            let signal = self.speckle * light;
+            *weight = 1.0 / (self.floor * self.floor + signal * signal);
+        }
+        weights
+    }
 }
 
 /// The weighted sum of squares at some shape, with its gradient and the Gauss-Newton curvature by (c, ln s, a, b, g).
@@ -133,9 +196,9 @@ struct Sum {
     counted: usize,
 }
 
-fn sum(profile: &Profile<'_>, at: &Gaussian, weighted_by: &Gaussian, noise: &ProfileNoise) -> Sum {
+fn sum(profile: &Profile<'_>, at: &Gaussian, weights: &[f64; MOST]) -> Sum {
     let mut sum = Sum { chi2: 0.0, gradient: Vector::zeros(), curvature: Matrix::zeros(), counted: 0 };
-    for (i, value) in profile.values.iter().enumerate() {
+    for (i, (value, weight)) in profile.values.iter().zip(weights).enumerate() {
         let y_px = (profile.first_px + i) as f64;
         let (share, off) = at.share(y_px);
         let from_middle = y_px - at.centre_px;
@@ -143,30 +206,35 @@ fn sum(profile: &Profile<'_>, at: &Gaussian, weighted_by: &Gaussian, noise: &Pro
         if *value >= profile.full && residual <= 0.0 {
             continue;
         }
-        let signal = noise.speckle * weighted_by.height * weighted_by.share(y_px).0;
-        let weight = 1.0 / (noise.floor * noise.floor + signal * signal);
         let lean = at.height * share * off;
         // The background stays where it is when the middle moves.
         let slope = Vector::from([lean / at.sigma_px, lean * off, share, 1.0, from_middle]);
         sum.chi2 += weight * residual * residual;
-        sum.gradient += slope * (weight * residual);
-        sum.curvature += slope * (slope * weight).transpose();
+        for j in 0..PARAMETERS {
+            let weighted = weight * slope[j];
+            sum.gradient[j] += weighted * residual;
+            // The lower half; the other one is its mirror.
+            for k in 0..=j {
+                sum.curvature[(j, k)] += weighted * slope[k];
+            }
+        }
         sum.counted += 1;
     }
+    sum.curvature.fill_upper_triangle_with_lower_triangle();
     sum
 }
 
 /// Levenberg and Marquardt's method (Marquardt, SIAM J. 11(2), 1963).
-fn minimise(profile: &Profile<'_>, start: &Gaussian, weighted_by: &Gaussian, noise: &ProfileNoise) -> Option<(Gaussian, Sum)> {
+fn minimise(profile: &Profile<'_>, start: &Gaussian, weights: &[f64; MOST], least_values: usize) -> Option<(Gaussian, Sum)> {
     let mut shape = *start;
-    let mut at = sum(profile, &shape, weighted_by, noise);
+    let mut at = sum(profile, &shape, weights);
     let mut damping = 1e-3;
     for _ in 0..STEPS {
         let mut damped = at.curvature;
         (0..PARAMETERS).for_each(|i| damped[(i, i)] *= 1.0 + damping);
         let step = damped.cholesky()?.solve(&at.gradient);
         let tried = shape.stepped(&step);
-        let there = sum(profile, &tried, weighted_by, noise);
+        let there = sum(profile, &tried, weights);
         if there.chi2.is_nan() {
             return None;
         }
@@ -180,7 +248,7 @@ fn minimise(profile: &Profile<'_>, start: &Gaussian, weighted_by: &Gaussian, noi
             break;
         }
     }
-    Some((shape, at))
+    (at.counted >= least_values).then_some((shape, at))
 }
 
 #[cfg(test)]
@@ -191,7 +259,13 @@ mod tests {
     const NOISE: ProfileNoise = ProfileNoise { floor: 0.3, speckle: 0.0 };
 
     fn values(shape: &Gaussian, full: f64) -> Vec<u16> {
-        (0..32).map(|y| (shape.background + shape.slope * (f64::from(y) - shape.centre_px) + shape.height * shape.share(f64::from(y)).0).min(full).round() as u16).collect()
+        (0..32)
+            .map(|y| {
+                (shape.background + shape.slope * (f64::from(y) - shape.centre_px) + shape.height * shape.share(f64::from(y)).0)
+                    .min(full)
+                    .round() as u16
+            })
+            .collect()
     }
 
     proptest! {
@@ -225,6 +299,20 @@ mod tests {
         }
     }
 
+    /// A stripe in a halo five times as wide and a fifth as high, off its middle by 3 px: the core decides.
+    #[test]
+    fn a_halo_does_not_pull_the_middle_far() {
+        let core = Gaussian { centre_px: 60.3, sigma_px: 2.0, height: 800.0, background: 100.0, slope: 0.0 };
+        let halo = Gaussian { centre_px: 63.3, sigma_px: 10.0, height: 160.0, background: 0.0, slope: 0.0 };
+        let values: Vec<u16> = (0..120).map(|y| (core.at(f64::from(y)) + halo.at(f64::from(y))).round() as u16).collect();
+        for sigma_px in [1.5, 4.0] {
+            let start = Gaussian { centre_px: 61.0, sigma_px, height: 900.0, background: 100.0, slope: 0.0 };
+            let fitted = fit(&Profile { first_px: 0, values: &values, full: u16::MAX }, &start, &NOISE).expect("a Gaussian");
+            // The halo's slope below the core, 160 / (10 sqrt(e)) a pixel at most, moves a least-squares middle by less than 0.1 px.
+            assert!((fitted.shape.centre_px - 60.3).abs() < 0.1 && (fitted.shape.sigma_px - 2.0).abs() < 0.4, "{fitted:?}");
+        }
+    }
+
     /// The stated variance against the scatter of many profiles with noise of known size.
     #[test]
     fn the_stated_variance_is_the_scatter() {
@@ -242,7 +330,10 @@ mod tests {
         for _ in 0..ROUNDS {
             let value = |y: i32| {
                 let signal = shape.height * shape.share(f64::from(y)).0;
-                shape.background + shape.slope * (f64::from(y) - shape.centre_px) + signal * (1.0 + noise.speckle * normal()) + noise.floor * normal()
+                shape.background
+                    + shape.slope * (f64::from(y) - shape.centre_px)
+                    + signal * (1.0 + noise.speckle * normal())
+                    + noise.floor * normal()
             };
             let values: Vec<u16> = (0..32).map(value).map(|x| x.round().max(0.0) as u16).collect();
             let fitted = fit(&Profile { first_px: 0, values: &values, full: u16::MAX }, &shape, &noise).expect("a Gaussian");

@@ -4,11 +4,11 @@
 //!
 //! 1. `noise`: how much neighbouring grey values scatter;
 //! 2. `detect`: in each column a matched filter of several widths, and the places where it answers best;
-//! 3. [`gaussian`]: at each of them a Gaussian fitted to the grey values, which gives the centre and its variance;
-//! 4. `chain`: centres of neighbouring columns joined; what nothing joins is dropped;
+//! 3. `chain`: places of neighbouring columns joined; what nothing joins is dropped;
+//! 4. [`gaussian`]: at each that is left a Gaussian fitted to the grey values, which gives the centre and its variance;
 //! 5. `segments`: chains split into straight lines.
 //!
-//! Stripes may run along u or along v; both are tried, and the way in which more centres hang together is taken. A stripe steeper than
+//! Stripes may run along u or along v; both are tried, and the way in which more places hang together is taken. A stripe steeper than
 //! about 45 degrees against that way is not followed. What it does not do: tell which laser a stripe is of, tell a stripe from another
 //! bright line, or undistort ([`super::lens`] does). A [`Region`] keeps it from looking where no stripe can be.
 //!
@@ -95,7 +95,7 @@ pub struct Ridge {
     params: RidgeParams,
     filters: Filters,
     noise: NoiseMeter,
-    image: ScanImage,
+    images: [ScanImage; 2],
     crossings: Vec<f64>,
     peaks: Vec<Peak>,
     open: Vec<u32>,
@@ -112,6 +112,8 @@ pub struct Ridge {
 /// What one direction gave.
 #[derive(Clone, Debug, Default)]
 struct Found {
+    /// Standard deviation of a grey value.
+    noise: f64,
     points: Vec<Point>,
     chains: Vec<Chain>,
     segments: Vec<Segment>,
@@ -124,6 +126,8 @@ const FIT_WIDTHS: f64 = 1.5;
 const FIT_BACKGROUND_PX: usize = 2;
 /// The filter's answer over a Gaussian's height, at least.
 const LEAST_ANSWER: f64 = 0.5;
+/// A Gaussian's height over the answer of the filter that answers it best, nearly.
+const START_HEIGHT: f64 = 1.3;
 /// How many degrees of freedom the image's own noise factor counts for beside a profile's.
 const PRIOR_FREEDOM: f64 = 12.0;
 
@@ -134,7 +138,7 @@ impl Ridge {
             filters: Filters::new(params.fwhm_px),
             params,
             noise: NoiseMeter::default(),
-            image: ScanImage::default(),
+            images: Default::default(),
             crossings: Vec::new(),
             peaks: Vec::new(),
             open: Vec::new(),
@@ -164,7 +168,8 @@ impl Ridge {
         let support = |across: &Across| self.found[slot(*across)].points.len();
         // Of equal ones the first.
         self.across = tried.iter().copied().rev().max_by_key(support).unwrap_or(Across::V);
-        self.finish(frame.dn_per_dn8());
+        self.fit(frame);
+        self.show(frame.dn_per_dn8());
         &self.centres
     }
 
@@ -188,83 +193,89 @@ impl Ridge {
         Stages { centres: &self.plain, lines: &self.lines, planes: &[] }
     }
 
-    /// Centres of all columns, and the chains that they make.
+    /// Places of all columns where a stripe may be, and the chains that they make.
     fn scan(&mut self, frame: &Frame<'_>, region: Option<&Region>, across: Across) {
+        let image = &mut self.images[slot(across)];
         // Turned so that a column across the stripes is a row in memory.
-        self.image.load(frame, turned(across));
-        let profiles = self.image.height;
-        let floor = self.noise.measure(&self.image);
-        let following = Following { max_gap: self.params.max_gap_px, min_points: self.params.min_points };
-        let mut points = std::mem::take(&mut self.found[slot(across)].points);
-        for x in 0..profiles {
+        image.load(frame, turned(across));
+        let found = &mut self.found[slot(across)];
+        found.noise = self.noise.measure(image);
+        let params = &self.params;
+        let least = [params.min_snr * found.noise, LEAST_ANSWER * params.min_height_dn * frame.dn_per_dn8()];
+        for x in 0..image.height {
             self.crossings.clear();
             match region {
                 Some(region) => region.crossings(across, x as f64, &mut self.crossings),
-                None => self.crossings.extend([0.0, self.image.width as f64]),
+                None => self.crossings.extend([0.0, image.width as f64]),
             }
-            for pair in 0..self.crossings.len() / 2 {
-                let bound = |place: f64| place.ceil().clamp(0.0, self.image.width as f64) as usize;
-                let span = bound(self.crossings[2 * pair])..bound(self.crossings[2 * pair + 1]);
-                self.scan_column(x, span, floor, frame, &mut points);
+            for pair in self.crossings.chunks_exact(2) {
+                let [from, to] = [pair[0], pair[1]].map(|place| place.ceil().clamp(0.0, image.width as f64) as usize);
+                self.filters.peaks(image.row(x), from..to, least, params.per_column, &mut self.peaks);
+                found.points.extend(self.peaks.iter().enumerate().map(|(i, peak)| {
+                    let reach = (FIT_WIDTHS * peak.width as f64).ceil() as usize + FIT_BACKGROUND_PX;
+                    // As far as the middle between this place and the next.
+                    let before = i.checked_sub(1).map_or(from, |i| (self.peaks[i].y + peak.y) / 2);
+                    let after = self.peaks.get(i + 1).map_or(to, |next| (peak.y + next.y) / 2 + 1);
+                    let span = [before.max(peak.y.saturating_sub(reach)), after.min(peak.y + reach + 1)];
+                    Point {
+                        x,
+                        y_px: peak.y as f64,
+                        span: span.map(|y| y as u32),
+                        variance_px2: 1.0,
+                        fwhm_px: peak.width as f64 / WIDTH_TO_FWHM,
+                        height: peak.contrast,
+                        chi2: 0.0,
+                        freedom: 0.0,
+                        chain: 0,
+                    }
+                }));
             }
         }
+        let following = self.following();
         let found = &mut self.found[slot(across)];
-        found.points = points;
         chain::follow(&mut found.points, &following, &mut found.chains, &mut self.open);
         chain::keep(&mut found.points, &found.chains, &following);
     }
 
-    /// Centres of one column, within a stretch of it.
-    fn scan_column(&mut self, x: usize, span: std::ops::Range<usize>, floor: f64, frame: &Frame<'_>, points: &mut Vec<Point>) {
-        let params = &self.params;
-        let profile = self.image.row(x);
+    /// A Gaussian at every place that is left; where none fits, there is no centre.
+    fn fit(&mut self, frame: &Frame<'_>) {
+        let following = self.following();
+        let (params, found, image) = (&self.params, &mut self.found[slot(self.across)], &self.images[slot(self.across)]);
+        let noise = ProfileNoise { floor: found.noise, speckle: params.speckle };
         let min_height = params.min_height_dn * frame.dn_per_dn8();
-        let least = [params.min_snr * floor, LEAST_ANSWER * min_height];
-        self.filters.peaks(profile, span.clone(), least, params.per_column, &mut self.peaks);
-        let noise = ProfileNoise { floor, speckle: params.speckle };
-        for (i, peak) in self.peaks.iter().enumerate() {
-            let reach = (FIT_WIDTHS * peak.width as f64).ceil() as usize + FIT_BACKGROUND_PX;
-            // As far as the middle between this place and the next.
-            let (mut from, mut to) = (span.start.max(peak.y.saturating_sub(reach)), span.end.min(peak.y + reach + 1));
-            if let Some(before) = i.checked_sub(1).and_then(|i| self.peaks.get(i)) {
-                from = from.max((before.y + peak.y) / 2);
-            }
-            if let Some(after) = self.peaks.get(i + 1) {
-                to = to.min((peak.y + after.y) / 2 + 1);
-            }
-            let values = &profile[from..to];
-            let fwhm_px = peak.width as f64 / WIDTH_TO_FWHM;
-            let lowest = values.iter().copied().min().unwrap_or_default();
+        let [thinnest, thickest] = params.fwhm_px;
+        found.points.retain_mut(|point| {
+            let [from, to] = point.span.map(|y| y as usize);
+            let values = &image.row(point.x)[from..to];
             let start = Gaussian {
-                centre_px: peak.y as f64,
-                sigma_px: fwhm_px / FWHM,
-                height: 1.3 * peak.contrast,
-                background: f64::from(lowest),
+                centre_px: point.y_px,
+                sigma_px: point.fwhm_px / FWHM,
+                height: START_HEIGHT * point.height,
+                background: values.iter().copied().min().unwrap_or_default().into(),
                 slope: 0.0,
             };
-            let Some(fit) = gaussian::fit(&Profile { first_px: from, values, full: frame.max_dn }, &start, &noise) else { continue };
-            let shape = fit.shape;
-            let [thinnest, thickest] = params.fwhm_px;
+            let profile = Profile { first_px: from, values, full: frame.max_dn };
+            let Some(gaussian::GaussianFit { shape, centre_variance_px2, chi2, freedom }) =
+                gaussian::fit(&profile, &start, &noise)
+            else {
+                return false;
+            };
             let is_stripe = (0.6 * thinnest..=1.6 * thickest).contains(&shape.fwhm_px())
                 && shape.height >= min_height
-                && (shape.centre_px - peak.y as f64).abs() <= peak.width as f64;
-            if is_stripe {
-                points.push(Point {
-                    x,
-                    y_px: shape.centre_px,
-                    variance_px2: fit.centre_variance_px2,
-                    fwhm_px: shape.fwhm_px(),
-                    height: shape.height,
-                    chi2: fit.chi2,
-                    freedom: fit.freedom as f64,
-                    chain: 0,
-                });
-            }
-        }
+                && (shape.centre_px - point.y_px).abs() <= WIDTH_TO_FWHM * point.fwhm_px;
+            let (fwhm_px, height, freedom) = (shape.fwhm_px(), shape.height, freedom as f64);
+            *point = Point { y_px: shape.centre_px, variance_px2: centre_variance_px2, fwhm_px, height, chi2, freedom, ..*point };
+            is_stripe
+        });
+        chain::keep_long(&mut found.points, &following, &mut self.open);
+    }
+
+    fn following(&self) -> Following {
+        Following { max_gap: self.params.max_gap_px, min_points: self.params.min_points }
     }
 
     /// Lines, deviations, and all of it in pixels of the image.
-    fn finish(&mut self, dn_per_dn8: f64) {
+    fn show(&mut self, dn_per_dn8: f64) {
         let found = &mut self.found[slot(self.across)];
         // How much more, or less, than assumed grey values are off their Gaussians in this image: half the centres more, half less.
         self.ratios.clear();

@@ -126,6 +126,7 @@ mod tests {
         let point = |x: usize| Point {
             x,
             y_px: y(x as f64) + wobble(x),
+            span: [0, 0],
             variance_px2: 0.01,
             fwhm_px: 4.0,
             height: 100.0,
