@@ -112,7 +112,7 @@ fn a_real_stripe_is_straight_and_its_points_lie_on_one_plane() {
             mean(|c| c.sigma_px),
             mean(|c| c.fwhm_px),
         );
-        assert!(centres.len() as f64 > 0.85 * rows, "{}: {} centres in {rows} rows", board.file, centres.len());
+        assert!(centres.len() as f64 > 0.75 * rows, "{}: {} centres in {rows} rows", board.file, centres.len());
         assert!(residual_px < 0.30, "{}: {residual_px} px", board.file);
     }
     let [rms_mm, distance_mm] = off_plane(&all_mm);

@@ -10,20 +10,51 @@ pub(super) struct Point {
     pub(super) x: usize,
     /// The centre, in pixels across the stripe.
     pub(super) y_px: f64,
+    /// Where a filter answered, in whole pixels.
+    pub(super) place: u32,
+    /// The filter's contrast, in grey values.
+    pub(super) contrast: f64,
     /// The stretch of the column that is its own, from the first value to one past the last.
     pub(super) span: [u32; 2],
     /// Its variance if the noise is what was assumed.
     pub(super) variance_px2: f64,
     /// Full width at half maximum, in pixels; of a filter, what it stands for.
     pub(super) fwhm_px: f64,
-    /// Height above the background, in grey values; of a filter, its contrast.
+    /// Height above the background, in grey values.
     pub(super) height: f64,
-    /// Squared residuals over their variance, and how many of them were free.
+    /// Squared residuals over their variance, and how many of them were free: none before it is measured.
     pub(super) chi2: f64,
     /// See `chi2`.
     pub(super) freedom: f64,
+    /// Whether noise explains what the fit misses the values by.
+    pub(super) is_explained: bool,
     /// The chain that it belongs to.
     pub(super) chain: u32,
+}
+
+impl Point {
+    /// A place where a filter answered, not measured yet.
+    pub(super) fn of_place(x: usize, place: usize, span: [usize; 2], contrast: f64, fwhm_px: f64) -> Self {
+        Self {
+            x,
+            y_px: place as f64,
+            place: place as u32,
+            contrast,
+            span: span.map(|y| y as u32),
+            variance_px2: 1.0,
+            fwhm_px,
+            height: contrast,
+            chi2: 0.0,
+            freedom: 0.0,
+            is_explained: false,
+            chain: 0,
+        }
+    }
+
+    /// Whether a Gaussian was fitted.
+    pub(super) fn is_measured(&self) -> bool {
+        self.freedom > 0.0
+    }
 }
 
 /// A chain in the making, or made.
@@ -161,7 +192,7 @@ mod tests {
     const FOLLOWING: Following = Following { max_gap: 12, min_points: 20 };
 
     fn point(x: usize, y_px: f64) -> Point {
-        Point { x, y_px, span: [0, 0], variance_px2: 0.01, fwhm_px: 4.0, height: 100.0, chi2: 10.0, freedom: 10.0, chain: 0 }
+        Point { y_px, ..Point::of_place(x, 0, [0, 0], 100.0, 4.0) }
     }
 
     fn chains_of(points: &mut Vec<Point>) -> Vec<usize> {

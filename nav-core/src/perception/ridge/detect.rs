@@ -2,6 +2,10 @@
 //!
 //! The filter of width w takes the mean of w values less the higher one of the means of w values on either side, beyond a gap of half a
 //! width: a bar answers, a step from dark to bright does not. All means come from one running sum, whatever their widths.
+//!
+//! In white noise the best filter would be the one of the most contrast over its noise, which goes with the square root of the width. But
+//! stripes stand in halos, and images have structure: wide filters find both. So the contrast times the fourth root of the width decides,
+//! which takes a stripe's core, and the noise only has to be far below it.
 
 use std::ops::Range;
 
@@ -14,8 +18,8 @@ pub(super) struct Peak {
     pub(super) width: usize,
     /// Mean over the filter's width less that of the brighter side, in grey values.
     pub(super) contrast: f64,
-    /// Contrast over what noise of one grey value makes of it.
-    pub(super) score: f64,
+    /// Contrast times the fourth root of the width.
+    score: f64,
 }
 
 /// The filters, with their buffers.
@@ -24,20 +28,22 @@ pub(super) struct Filters {
     widths: Vec<usize>,
     sums: Vec<u32>,
     best: Vec<f32>,
-    width_of: Vec<u8>,
+    /// Which filter answered best; as wide as the answers, so that both are worked on together.
+    width_of: Vec<u32>,
 }
 
 /// A filter of this many times a Gaussian's full width at half maximum answers it best, nearly.
-const WIDTH_TO_FWHM: f64 = 1.2;
+pub(super) const WIDTH_TO_FWHM: f64 = 0.9;
 /// From one filter to the next wider one.
 const RATIO: f64 = 1.5;
+const MOST_FILTERS: usize = 16;
 
 impl Filters {
     /// Filters for stripes from the first to the second full width at half maximum, in pixels.
     pub(super) fn new([least_px, most_px]: [f64; 2]) -> Self {
         let mut widths: Vec<usize> = Vec::new();
         let mut fwhm_px = least_px.max(1.0);
-        while fwhm_px < RATIO * most_px && widths.len() < usize::from(u8::MAX) {
+        while fwhm_px < RATIO * most_px && widths.len() < MOST_FILTERS {
             // Odd, so that it has a middle.
             let width = (((WIDTH_TO_FWHM * fwhm_px - 1.0) / 2.0).round() as usize).max(1) * 2 + 1;
             if widths.last() != Some(&width) {
@@ -48,13 +54,13 @@ impl Filters {
         Self { widths, sums: Vec::new(), best: Vec::new(), width_of: Vec::new() }
     }
 
-    /// The `most` best places of a profile within `span`, in the order of the profile. `least_score` and `least_contrast` are in grey
-    /// values, as in [`Peak`].
+    /// The `most` best places of a profile within `span`, in the order of the profile: those of at least so much contrast, and of at least
+    /// so much of it over what noise of one grey value makes of it.
     pub(super) fn peaks(
         &mut self,
         profile: &[u16],
         span: Range<usize>,
-        [least_score, least_contrast]: [f64; 2],
+        [least_snr, least_contrast]: [f64; 2],
         most: usize,
         found: &mut Vec<Peak>,
     ) {
@@ -63,17 +69,22 @@ impl Filters {
         let n = span.len();
         for y in 1..n.saturating_sub(1) {
             let score = self.best[y];
-            if f64::from(score) < least_score || score <= self.best[y - 1] || score < self.best[y + 1] {
+            if f64::from(score) < least_contrast || score <= self.best[y - 1] || score < self.best[y + 1] {
                 continue;
             }
-            let width = self.widths[usize::from(self.width_of[y])];
+            // A full stripe answers evenly over some values: their middle, where what follows them is not better still.
+            let level = self.best[y..].iter().take_while(|other| **other == score).count();
+            let y = y + (level - 1) / 2;
+            let width = self.widths[self.width_of[y] as usize];
             let reach = width / 2 + 1;
             if self.best[y.saturating_sub(reach)..(y + reach + 1).min(n)].iter().any(|other| *other > score) {
                 continue;
             }
             let score = f64::from(score);
             let contrast = score / gain(width);
-            if contrast < least_contrast {
+            // Both means are of `width` values.
+            let snr = contrast * (width as f64 / 2.0).sqrt();
+            if contrast < least_contrast || snr < least_snr {
                 continue;
             }
             let peak = Peak { y: span.start + y, width, contrast, score };
@@ -122,15 +133,15 @@ impl Filters {
                 let score = (inner - left.max(right)) as f32 * scale;
                 let better = score > *best;
                 *best = if better { score } else { *best };
-                *width_of = if better { index as u8 } else { *width_of };
+                *width_of = if better { index as u32 } else { *width_of };
             }
         }
     }
 }
 
-/// Contrast times this is in units of its own scatter, for noise of one grey value: both means are of `width` values.
+/// What a filter's contrast is multiplied by to be held against others': see the module. It is 1 or more.
 fn gain(width: usize) -> f64 {
-    (width as f64 / 2.0).sqrt()
+    (width as f64).sqrt().sqrt()
 }
 
 #[cfg(test)]

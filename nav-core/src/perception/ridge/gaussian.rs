@@ -1,11 +1,11 @@
 //! One profile across a stripe to a Gaussian on a background that may slope, by least squares: the maximum of likelihood where the
 //! noise is normal.
 //!
-//! Noise is what the sensor adds, the same everywhere, and speckle, a share of the stripe's own light ([`ProfileNoise`]): the middle weighs
-//! less than the flanks, by a first fit in which all weigh the same. Real stripes stand in a halo that no Gaussian follows: where the first
-//! fit misses the background beside the stripe by more than noise explains, what it misses it by is taken for the noise there, so that the
-//! stripe's core decides. A full pixel says only that there was more light than it could tell: it counts where the model
-//! falls short of it, and not where it is beyond.
+//! Noise is what the sensor adds, the same everywhere, and speckle, a share of the stripe's own light ([`ProfileNoise`]): the middle
+//! weighs less than the flanks, by a first fit in which all weigh the same. Real stripes stand in a halo that no Gaussian follows, and
+//! flanks that weigh much would have the fit follow the halo: where noise does not explain what a fit misses, what the first one misses
+//! beside the stripe is taken for the noise there, so that the stripe's core decides. A full pixel says only that there was more light
+//! than it could tell: it counts where the model falls short of it, and not where it is beyond.
 //!
 //! A slope of the background, left out, would pull the middle: 0.02 grey values a pixel under a stripe 16 px wide and 120 high by 0.08 px.
 //! Where speckle is the noise it is known from beside the stripe, and costs nothing.
@@ -58,6 +58,8 @@ pub struct GaussianFit {
     pub chi2: f64,
     /// Values that counted, less the five parameters.
     pub freedom: usize,
+    /// Whether the noise that was said explains what the fit misses the values by.
+    pub is_explained: bool,
 }
 
 /// Full width at half maximum of a Gaussian of standard deviation 1: 2 sqrt(2 ln 2).
@@ -67,8 +69,10 @@ pub const FWHM: f64 = 2.354_820_045_030_949_3;
 const STEPS: usize = 12;
 /// A step that moves middle and width less than this, in pixels, ends it.
 const SETTLED_PX: f64 = 1e-4;
-/// Beyond this many standard deviations an exponential is nothing.
-const NOTHING_BEYOND: f64 = 40.0;
+/// A step that gains less than this share of the sum of squares ends it too.
+const SETTLED: f64 = 1e-5;
+/// A smaller share of the height is nothing.
+const NOTHING: f64 = 1e-16;
 /// Middle, logarithm of the width, height, background, its slope.
 const PARAMETERS: usize = 5;
 type Vector = SVector<f64, PARAMETERS>;
@@ -80,16 +84,48 @@ impl Gaussian {
         FWHM * self.sigma_px
     }
 
-    /// Its share of the height at y, from 0 to 1, and the distance from the middle in standard deviations.
-    fn share(&self, y_px: f64) -> (f64, f64) {
-        let off = (y_px - self.centre_px) / self.sigma_px;
-        let half_square = off * off / 2.0;
-        (if half_square < NOTHING_BEYOND { libm::exp(-half_square) } else { 0.0 }, off)
+    /// Its share of the height, from 0 to 1, at each of `n` pixels from `first_px` on.
+    ///
+    /// Two exponentials a pixel apart differ by a factor that itself changes by the same factor from pixel to pixel: three exponentials do
+    /// for all of them. From the middle outward everything shrinks, so that rounding errors do too.
+    fn shares(&self, first_px: usize, n: usize) -> [f64; MOST] {
+        let mut shares = [0.0; MOST];
+        let n = n.min(MOST);
+        if n == 0 {
+            return shares;
+        }
+        let nearest = ((self.centre_px - first_px as f64).round().max(0.0) as usize).min(n - 1);
+        let narrow = 1.0 / (self.sigma_px * self.sigma_px);
+        let off = (first_px + nearest) as f64 - self.centre_px;
+        let middle = libm::exp(-off * off * narrow / 2.0);
+        let from_factor_to_factor = libm::exp(-narrow);
+        shares[nearest] = middle;
+        let (before, after) = shares[..n].split_at_mut(nearest);
+        let outward = |places: &mut dyn Iterator<Item = &mut f64>, off: f64| {
+            let (mut share, mut factor) = (middle, libm::exp(-(2.0 * off + 1.0) * narrow / 2.0));
+            for place in places {
+                share *= factor;
+                if share < NOTHING {
+                    break;
+                }
+                factor *= from_factor_to_factor;
+                *place = share;
+            }
+        };
+        outward(&mut after[1..].iter_mut(), off);
+        outward(&mut before.iter_mut().rev(), -off);
+        shares
     }
 
     /// Its value at y.
     fn at(&self, y_px: f64) -> f64 {
-        self.background + self.slope * (y_px - self.centre_px) + self.height * self.share(y_px).0
+        self.background + self.slope * (y_px - self.centre_px) + self.height * self.share(y_px)
+    }
+
+    /// Its share of the height at y.
+    fn share(&self, y_px: f64) -> f64 {
+        let off = (y_px - self.centre_px) / self.sigma_px;
+        libm::exp(-off * off / 2.0)
     }
 
     /// After a step in (c, ln s, a, b, g), of which b is the background where the middle was.
@@ -128,13 +164,17 @@ pub fn fit(profile: &Profile<'_>, start: &Gaussian, noise: &ProfileNoise) -> Opt
         return None;
     }
     let profile = profile.about(first.centre_px, REACH * first.sigma_px + REACH_PX);
-    let noise = ProfileNoise { floor: floor(&profile, &first, noise.floor), ..*noise };
-    let (shape, at) = minimise(&profile, &first, &noise.weights(&profile, &first), PARAMETERS + 2)?;
+    let weighted = |noise: &ProfileNoise| minimise(&profile, &first, &noise.weights(&profile, &first), PARAMETERS + 2);
+    let (mut shape, mut at) = weighted(noise)?;
+    let is_explained = at.chi2 <= UNEXPLAINED * (at.counted - PARAMETERS) as f64;
+    if !is_explained {
+        (shape, at) = weighted(&ProfileNoise { floor: floor(&profile, &first, noise.floor), ..*noise })?;
+    }
     if !shape.is_within(&profile) {
         return None;
     }
     let centre_variance_px2 = at.curvature.try_inverse()?[(0, 0)];
-    let fitted = GaussianFit { shape, centre_variance_px2, chi2: at.chi2, freedom: at.counted - PARAMETERS };
+    let fitted = GaussianFit { shape, centre_variance_px2, chi2: at.chi2, freedom: at.counted - PARAMETERS, is_explained };
     (centre_variance_px2 > 0.0 && centre_variance_px2.is_finite() && at.chi2.is_finite()).then_some(fitted)
 }
 
@@ -148,21 +188,20 @@ const REACH: f64 = 3.0;
 const REACH_PX: f64 = 2.0;
 /// Beside the stripe is where there is less than this share of its light.
 const BESIDE: f64 = 0.1;
-/// Misses beside the stripe that noise explains, as a multiple of its standard deviation: few values tell their scatter badly.
-const EXPLAINED: f64 = 1.6;
+/// A fit that misses its values by so many times what noise explains, squared, is not of one Gaussian in noise.
+const UNEXPLAINED: f64 = 2.5;
 
-/// The noise beside a stripe: what was said, or what the fit misses the values by there if that is clearly more.
+/// The noise beside a stripe: what was said, or what the fit misses the values by there if that is more.
 fn floor(profile: &Profile<'_>, shape: &Gaussian, said: f64) -> f64 {
     let (mut n, mut squares) = (0, 0.0);
     for (i, value) in profile.values.iter().enumerate() {
         let y_px = (profile.first_px + i) as f64;
-        if shape.share(y_px).0 < BESIDE {
+        if shape.share(y_px) < BESIDE {
             let residual = f64::from(*value) - shape.at(y_px);
             (n, squares) = (n + 1, squares + residual * residual);
         }
     }
-    let missed = (squares / f64::from(n.max(1))).sqrt();
-    if missed > EXPLAINED * said { missed } else { said }
+    said.max((squares / f64::from(n.max(1))).sqrt())
 }
 
 impl<'a> Profile<'a> {
@@ -179,9 +218,9 @@ impl ProfileNoise {
     /// One over the variance of each value of a profile of this shape.
     fn weights(&self, profile: &Profile<'_>, shape: &Gaussian) -> [f64; MOST] {
         let mut weights = [0.0; MOST];
-        for (i, weight) in weights.iter_mut().take(profile.values.len()).enumerate() {
-            let light = if self.speckle > 0.0 { shape.height * shape.share((profile.first_px + i) as f64).0 } else { 0.0 };
-            let signal = self.speckle * light;
+        let shares = shape.shares(profile.first_px, profile.values.len());
+        for (weight, share) in weights.iter_mut().zip(shares).take(profile.values.len()) {
+            let signal = self.speckle * shape.height * share;
             *weight = 1.0 / (self.floor * self.floor + signal * signal);
         }
         weights
@@ -198,10 +237,10 @@ struct Sum {
 
 fn sum(profile: &Profile<'_>, at: &Gaussian, weights: &[f64; MOST]) -> Sum {
     let mut sum = Sum { chi2: 0.0, gradient: Vector::zeros(), curvature: Matrix::zeros(), counted: 0 };
-    for (i, (value, weight)) in profile.values.iter().zip(weights).enumerate() {
-        let y_px = (profile.first_px + i) as f64;
-        let (share, off) = at.share(y_px);
-        let from_middle = y_px - at.centre_px;
+    let shares = at.shares(profile.first_px, profile.values.len());
+    for (i, ((value, weight), share)) in profile.values.iter().zip(weights).zip(shares).enumerate() {
+        let from_middle = (profile.first_px + i) as f64 - at.centre_px;
+        let off = from_middle / at.sigma_px;
         let residual = f64::from(*value) - (at.background + at.slope * from_middle + at.height * share);
         if *value >= profile.full && residual <= 0.0 {
             continue;
@@ -239,8 +278,12 @@ fn minimise(profile: &Profile<'_>, start: &Gaussian, weights: &[f64; MOST], leas
             return None;
         }
         if there.chi2 <= at.chi2 {
+            let gained = at.chi2 - there.chi2;
             (shape, at) = (tried, there);
             damping *= 0.1;
+            if gained <= SETTLED * at.chi2 {
+                break;
+            }
         } else {
             damping *= 10.0;
         }
@@ -261,7 +304,7 @@ mod tests {
     fn values(shape: &Gaussian, full: f64) -> Vec<u16> {
         (0..32)
             .map(|y| {
-                (shape.background + shape.slope * (f64::from(y) - shape.centre_px) + shape.height * shape.share(f64::from(y)).0)
+                (shape.background + shape.slope * (f64::from(y) - shape.centre_px) + shape.height * shape.share(f64::from(y)))
                     .min(full)
                     .round() as u16
             })
@@ -269,6 +312,18 @@ mod tests {
     }
 
     proptest! {
+        /// Factor by factor or each by itself: the same exponentials.
+        #[test]
+        fn shares_are_exponentials(centre_px in -20.0..60.0f64, sigma_px in 0.25..40.0f64, first_px in 0..20usize, n in 0..50usize) {
+            let shape = Gaussian { centre_px, sigma_px, height: 1.0, background: 0.0, slope: 0.0 };
+            let shares = shape.shares(first_px, n);
+            for (i, share) in shares[..n].iter().enumerate() {
+                let expected = shape.share((first_px + i) as f64);
+                prop_assert!((share - expected).abs() < 1e-13, "{i}: {share} {expected}");
+            }
+            prop_assert!(shares[n..].iter().all(|share| *share == 0.0));
+        }
+
         /// What was put in comes out, to what rounding to whole grey values leaves: 0.3 of a value over a slope of 1000 values and
         /// more a pixel. Full pixels are made up for by the flanks.
         #[test]
@@ -329,7 +384,7 @@ mod tests {
         const ROUNDS: usize = 2000;
         for _ in 0..ROUNDS {
             let value = |y: i32| {
-                let signal = shape.height * shape.share(f64::from(y)).0;
+                let signal = shape.height * shape.share(f64::from(y));
                 shape.background
                     + shape.slope * (f64::from(y) - shape.centre_px)
                     + signal * (1.0 + noise.speckle * normal())

@@ -5,7 +5,7 @@
 //! 1. `noise`: how much neighbouring grey values scatter;
 //! 2. `detect`: in each column a matched filter of several widths, and the places where it answers best;
 //! 3. `chain`: places of neighbouring columns joined; what nothing joins is dropped;
-//! 4. [`gaussian`]: at each that is left a Gaussian fitted to the grey values, which gives the centre and its variance;
+//! 4. `measure`, [`gaussian`]: at each that is left a Gaussian fitted to the grey values, which gives the centre and its variance;
 //! 5. `segments`: chains split into straight lines.
 //!
 //! Stripes may run along u or along v; both are tried, and the way in which more places hang together is taken. A stripe steeper than
@@ -18,6 +18,7 @@
 mod chain;
 mod detect;
 pub mod gaussian;
+mod measure;
 mod noise;
 mod region;
 mod segments;
@@ -28,8 +29,9 @@ use super::scan::{Across, ScanImage};
 use super::{Stages, StripeCentre, StripeLine};
 use crate::messages::Frame;
 use chain::{Chain, Following, Point};
-use detect::{Filters, Peak};
-use gaussian::{FWHM, Gaussian, Profile, ProfileNoise};
+use detect::{Filters, Peak, WIDTH_TO_FWHM};
+use gaussian::ProfileNoise;
+use measure::Measuring;
 use noise::NoiseMeter;
 use segments::Segment;
 
@@ -119,15 +121,11 @@ struct Found {
     segments: Vec<Segment>,
 }
 
-/// A filter of width w stands for a Gaussian of full width at half maximum w over this.
-const WIDTH_TO_FWHM: f64 = 1.2;
 /// A profile is fitted over this many filter widths on either side, and some pixels of background.
 const FIT_WIDTHS: f64 = 1.5;
 const FIT_BACKGROUND_PX: usize = 2;
 /// The filter's answer over a Gaussian's height, at least.
 const LEAST_ANSWER: f64 = 0.5;
-/// A Gaussian's height over the answer of the filter that answers it best, nearly.
-const START_HEIGHT: f64 = 1.3;
 /// How many degrees of freedom the image's own noise factor counts for beside a profile's.
 const PRIOR_FREEDOM: f64 = 12.0;
 
@@ -217,17 +215,7 @@ impl Ridge {
                     let before = i.checked_sub(1).map_or(from, |i| (self.peaks[i].y + peak.y) / 2);
                     let after = self.peaks.get(i + 1).map_or(to, |next| (peak.y + next.y) / 2 + 1);
                     let span = [before.max(peak.y.saturating_sub(reach)), after.min(peak.y + reach + 1)];
-                    Point {
-                        x,
-                        y_px: peak.y as f64,
-                        span: span.map(|y| y as u32),
-                        variance_px2: 1.0,
-                        fwhm_px: peak.width as f64 / WIDTH_TO_FWHM,
-                        height: peak.contrast,
-                        chi2: 0.0,
-                        freedom: 0.0,
-                        chain: 0,
-                    }
+                    Point::of_place(x, peak.y, span, peak.contrast, peak.width as f64 / WIDTH_TO_FWHM)
                 }));
             }
         }
@@ -240,33 +228,15 @@ impl Ridge {
     /// A Gaussian at every place that is left; where none fits, there is no centre.
     fn fit(&mut self, frame: &Frame<'_>) {
         let following = self.following();
-        let (params, found, image) = (&self.params, &mut self.found[slot(self.across)], &self.images[slot(self.across)]);
-        let noise = ProfileNoise { floor: found.noise, speckle: params.speckle };
-        let min_height = params.min_height_dn * frame.dn_per_dn8();
-        let [thinnest, thickest] = params.fwhm_px;
-        found.points.retain_mut(|point| {
-            let [from, to] = point.span.map(|y| y as usize);
-            let values = &image.row(point.x)[from..to];
-            let start = Gaussian {
-                centre_px: point.y_px,
-                sigma_px: point.fwhm_px / FWHM,
-                height: START_HEIGHT * point.height,
-                background: values.iter().copied().min().unwrap_or_default().into(),
-                slope: 0.0,
-            };
-            let profile = Profile { first_px: from, values, full: frame.max_dn };
-            let Some(gaussian::GaussianFit { shape, centre_variance_px2, chi2, freedom }) =
-                gaussian::fit(&profile, &start, &noise)
-            else {
-                return false;
-            };
-            let is_stripe = (0.6 * thinnest..=1.6 * thickest).contains(&shape.fwhm_px())
-                && shape.height >= min_height
-                && (shape.centre_px - point.y_px).abs() <= WIDTH_TO_FWHM * point.fwhm_px;
-            let (fwhm_px, height, freedom) = (shape.fwhm_px(), shape.height, freedom as f64);
-            *point = Point { y_px: shape.centre_px, variance_px2: centre_variance_px2, fwhm_px, height, chi2, freedom, ..*point };
-            is_stripe
-        });
+        let (params, found) = (&self.params, &mut self.found[slot(self.across)]);
+        let measuring = Measuring {
+            image: &self.images[slot(self.across)],
+            noise: ProfileNoise { floor: found.noise, speckle: params.speckle },
+            full: frame.max_dn,
+            min_height: params.min_height_dn * frame.dn_per_dn8(),
+            fwhm_px: params.fwhm_px,
+        };
+        measure::measure(&mut found.points, &measuring, &mut self.ratios);
         chain::keep_long(&mut found.points, &following, &mut self.open);
     }
 

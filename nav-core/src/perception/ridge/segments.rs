@@ -123,17 +123,8 @@ mod tests {
 
     fn points(y: impl Fn(f64) -> f64) -> Vec<Point> {
         let wobble = |x: usize| if x.is_multiple_of(2) { 0.1 } else { -0.1 };
-        let point = |x: usize| Point {
-            x,
-            y_px: y(x as f64) + wobble(x),
-            span: [0, 0],
-            variance_px2: 0.01,
-            fwhm_px: 4.0,
-            height: 100.0,
-            chi2: 10.0,
-            freedom: 10.0,
-            chain: 0,
-        };
+        let point =
+            |x: usize| Point { y_px: y(x as f64) + wobble(x), variance_px2: 0.01, ..Point::of_place(x, 0, [0, 0], 100.0, 4.0) };
         (0..200).map(point).collect()
     }
 
