@@ -12,8 +12,8 @@ use super::{fields, parse};
 /// Tables of `[sensor]` that may stand at the top of a file.
 const OF_THE_SENSOR: [&str; 4] = ["camera", "mount", "laser", "line"];
 
-/// What a rig's file may leave out: that is no scenario, and how the rig was mounted. The duct is one that any rig could stand in; of it only
-/// the width counts, where one wall is seen.
+/// What a rig's file may leave out: that it is no scenario, where its mount points, how thick its light is (an assumption, that of both
+/// presets). The duct is one that any rig could stand in; of it only the width counts, where one wall is seen.
 const BENEATH: &str = r#"
 format = 1
 kind = "scenario"
@@ -41,9 +41,22 @@ pub(super) fn is_whole(typed: &Typed) -> bool {
 pub(super) fn complete(typed: &mut Typed) {
     gather(&mut typed.root);
     let source = typed.sources.add("what a rig's file may leave out", BENEATH);
-    let (mut beneath, _) = parse::document(&typed.sources, source);
-    beneath.merge(std::mem::take(&mut typed.root));
-    typed.root = beneath;
+    let (beneath, _) = parse::document(&typed.sources, source);
+    fill(&mut typed.root, beneath);
+}
+
+/// Takes in what a table has not. What it has keeps its place, by which errors are told.
+fn fill(table: &mut Table, beneath: Table) {
+    for entry in beneath.entries {
+        match table.entry_mut(&entry.key) {
+            None => table.entries.push(entry),
+            Some(typed) => {
+                if let (Value::Table(typed), Value::Table(beneath)) = (&mut typed.node.value, entry.node.value) {
+                    fill(typed, beneath);
+                }
+            }
+        }
+    }
 }
 
 /// Puts the sensor's tables that stand at the top into `[sensor]`.

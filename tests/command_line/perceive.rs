@@ -90,7 +90,7 @@ fn without_a_rig_there_are_centres_and_lines() {
     save(&workshop, "deep.png", DynamicImage::ImageLuma16(deep));
     let green = ImageBuffer::from_fn(200, 80, |u, v| {
         let grey = if u / 20 % 2 == 0 { 40 } else { 100 };
-        Rgb([grey, grey.saturating_add(stripe(200).get_pixel(u, v)[0] - 20), grey])
+        Rgb([grey, u8::saturating_add(grey, stripe(200).get_pixel(u, v)[0] - 20), grey])
     });
     save(&workshop, "green.jpg", green);
     for (file, channel, max_dn, exact_px) in
@@ -184,10 +184,10 @@ fn a_rig_that_cannot_be_is_refused_with_its_line() {
 fn pictures_without_a_stripe_show_none() {
     let workshop = Workshop::new();
     for (name, width, height, grey) in
-        [("black", 640, 480, 0), ("white", 640, 480, 255), ("pixel", 1, 1, 200), ("row", 700, 1, 9)]
+        [("black", 640, 480, 0_u8), ("white", 640, 480, 255), ("pixel", 1, 1, 200), ("row", 700, 1, 9)]
     {
         let file = format!("{name}.png");
-        save(&workshop, &file, ImageBuffer::from_pixel(width, height, Luma([grey as u8])));
+        save(&workshop, &file, ImageBuffer::from_pixel(width, height, Luma([grey])));
         let rigs: &[&[&str]] = if width == 640 {
             &[&[], &["--rig", "short.toml"], &["--rig", "short.toml", "--pipeline", "robust"]]
         } else {

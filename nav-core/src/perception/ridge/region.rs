@@ -92,7 +92,9 @@ mod tests {
 
         /// Either axis across, the same inside.
         #[test]
-        fn both_axes_agree(corners in prop::collection::vec([-50.0..50.0f64, -50.0..50.0f64], 3..9), u in -60.0..60.0f64, v in -60.0..60.0f64) {
+        fn both_axes_agree(
+            corners in prop::collection::vec([-50.0..50.0f64, -50.0..50.0f64], 3..9), u in -60.0..60.0f64, v in -60.0..60.0f64,
+        ) {
             let region = Region::polygon(&corners).expect("finite");
             let mut crossings = Vec::new();
             region.crossings(Across::V, u, &mut crossings);
