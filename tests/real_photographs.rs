@@ -68,7 +68,7 @@ fn off_line(points: &[[f64; 2]]) -> f64 {
     let moment = |i: usize, k: usize| points.iter().map(|p| (p[i] - mean[i]) * (p[k] - mean[k])).sum::<f64>() / n;
     let (xx, xy, yy) = (moment(0, 0), moment(0, 1), moment(1, 1));
     // The smaller eigenvalue.
-    let (half, spread) = ((xx + yy) / 2.0, (((xx - yy) / 2.0).powi(2) + xy * xy).sqrt());
+    let (half, spread) = ((xx + yy) / 2.0, ((xx - yy) * (xx - yy) / 4.0 + xy * xy).sqrt());
     (half - spread).max(0.0).sqrt()
 }
 

@@ -395,7 +395,8 @@ mod tests {
             };
             let values: Vec<u16> = (0..32).map(value).map(|x| x.round().max(0.0) as u16).collect();
             let fitted = fit(&Profile { first_px: 0, values: &values, full: u16::MAX }, &shape, &noise).expect("a Gaussian");
-            squares += (fitted.shape.centre_px - shape.centre_px).powi(2);
+            let error = fitted.shape.centre_px - shape.centre_px;
+            squares += error * error;
             stated += fitted.centre_variance_px2;
             (chi2, freedom) = (chi2 + fitted.chi2, freedom + fitted.freedom);
         }

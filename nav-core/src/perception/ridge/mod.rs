@@ -167,6 +167,7 @@ impl Ridge {
         // Of equal ones the first.
         self.across = tried.iter().copied().rev().max_by_key(support).unwrap_or(Across::V);
         self.fit(frame);
+        self.judge();
         self.show(frame.dn_per_dn8());
         &self.centres
     }
@@ -227,7 +228,6 @@ impl Ridge {
 
     /// A Gaussian at every place that is left; where none fits, there is no centre.
     fn fit(&mut self, frame: &Frame<'_>) {
-        let following = self.following();
         let (params, found) = (&self.params, &mut self.found[slot(self.across)]);
         let measuring = Measuring {
             image: &self.images[slot(self.across)],
@@ -237,26 +237,34 @@ impl Ridge {
             fwhm_px: params.fwhm_px,
         };
         measure::measure(&mut found.points, &measuring, &mut self.ratios);
-        chain::keep_long(&mut found.points, &following, &mut self.open);
     }
 
     fn following(&self) -> Following {
         Following { max_gap: self.params.max_gap_px, min_points: self.params.min_points }
     }
 
-    /// Lines, deviations, and all of it in pixels of the image.
-    fn show(&mut self, dn_per_dn8: f64) {
+    /// Each centre's deviation; those that are too uncertain go.
+    fn judge(&mut self) {
+        let following = self.following();
         let found = &mut self.found[slot(self.across)];
         // How much more, or less, than assumed grey values are off their Gaussians in this image: half the centres more, half less.
         self.ratios.clear();
         self.ratios.extend(found.points.iter().map(|point| point.chi2 / median_of_chi2(point.freedom)));
         let middle = self.ratios.len() / 2;
         let usual = if self.ratios.is_empty() { 1.0 } else { *self.ratios.select_nth_unstable_by(middle, f64::total_cmp).1 };
-        for point in &mut found.points {
+        let most_px2 = self.params.max_sigma_px * self.params.max_sigma_px;
+        found.points.retain_mut(|point| {
             // Ten values say little of their own scatter; the image's counts beside it.
             let factor = (PRIOR_FREEDOM * usual + point.chi2) / (PRIOR_FREEDOM + point.freedom);
             point.variance_px2 *= factor;
-        }
+            point.variance_px2 <= most_px2
+        });
+        chain::keep_long(&mut found.points, &following, &mut self.open);
+    }
+
+    /// Lines, and all of it in pixels of the image.
+    fn show(&mut self, dn_per_dn8: f64) {
+        let found = &mut self.found[slot(self.across)];
         segments::split(&found.points, self.params.min_points, &mut found.segments, &mut self.todo);
         self.centres.clear();
         self.plain.clear();
@@ -265,9 +273,8 @@ impl Ridge {
         for segment in &found.segments {
             let [first, end] = segment.points;
             let part = &found.points[first..end];
-            let sound = |point: &&Point| point.variance_px2.sqrt() <= self.params.max_sigma_px;
             let line = self.lines.len();
-            for point in part.iter().filter(sound) {
+            for point in part {
                 let [u_px, v_px] = across.pixel(point.x as f64, point.y_px);
                 let sigma_px = point.variance_px2.sqrt();
                 let height_dn = point.height / dn_per_dn8;

@@ -111,7 +111,8 @@ fn fit(points: &[Point], first: usize) -> Option<Segment> {
             return None;
         }
         (line.middle, line.slope) = (middle, xy / xx);
-        let squares = points.iter().map(|p| (p.y_px - line.at(p.x as f64)).powi(2)).sum::<f64>();
+        let off = |p: &Point| p.y_px - line.at(p.x as f64);
+        let squares = points.iter().map(|p| off(p) * off(p)).sum::<f64>();
         line.residual_px = (squares / points.len() as f64).sqrt();
     }
     Some(line)
