@@ -121,7 +121,8 @@ def main():
     ductloop = program()
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
     if load > 0.7 * (os.cpu_count() or 1):
-        print(f"warning: the machine is busy (load {load:.1f}): long calls lose more of their time to others than short ones", file=sys.stderr)
+        busy = f"warning: the machine is busy (load {load:.1f}): long calls lose more of their time to others than short ones"
+        print(busy, file=sys.stderr)
     with tempfile.TemporaryDirectory() as folder:
         files = render(ductloop, folder, args.frames)
         opencv = opencv_ms(files, args.repeat)
