@@ -17,6 +17,8 @@
 #![forbid(unsafe_code)]
 
 #[cfg(feature = "cli")]
+pub mod calibrate;
+#[cfg(feature = "cli")]
 mod canvas;
 pub mod closed_loop;
 #[cfg(feature = "cli")]

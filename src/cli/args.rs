@@ -44,6 +44,8 @@ pub(crate) enum Command {
     Schema,
     /// Measure what each part costs on this machine
     Bench(BenchArgs),
+    /// Find the sensor's geometry from pixels whose position is known
+    Calibrate(super::calibrate::CalibrateArgs),
 }
 
 /// What changes a scenario on its way from file to run.
@@ -217,7 +219,7 @@ impl Command {
         match self {
             Self::Run(_) => Some(Self::RUNS),
             Self::Check(_) => Some(Self::SCENARIOS),
-            Self::Render(_) | Self::Schema | Self::Bench(_) => None,
+            Self::Render(_) | Self::Schema | Self::Bench(_) | Self::Calibrate(_) => None,
         }
     }
 
@@ -228,6 +230,7 @@ impl Command {
             Self::Render(args) => args.json,
             Self::Check(args) => args.json,
             Self::Bench(args) => args.json,
+            Self::Calibrate(args) => args.json,
             Self::Schema => false,
         }
     }
