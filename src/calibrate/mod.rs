@@ -3,11 +3,16 @@
 //! - [`table`]: comma-separated files, with the place of everything that is wrong in them;
 //! - [`points`]: pixel/position pairs of one laser (equation 14), with the lines they stand in;
 //! - [`matrix`]: matrices T in table 1's form;
-//! - [`linear`]: what comes of a table of points, by a T of its own or by a given one, as text and as JSON.
+//! - [`linear`]: what comes of a table of points, by a T of its own or by a given one, as text and as JSON;
+//! - [`camera`]: a camera out of a file; [`model`]: the rig itself from the points of several lasers;
+//! - [`boards`]: a laser's plane from its stripe on boards of known pose.
 //!
 //! The mathematics is [`ductloop_nav::calibration`]'s.
 
+pub mod boards;
+pub mod camera;
 pub mod linear;
 pub mod matrix;
+pub mod model;
 pub mod points;
 pub mod table;
