@@ -5,7 +5,8 @@ use std::path::Path;
 use ductloop_nav::rig::{Camera, Distortion};
 use serde::Deserialize;
 
-use crate::scenario::{Diagnostic, Diagnostics, Place};
+use super::places;
+use crate::scenario::{Diagnostic, Diagnostics};
 
 /// INCRA I's camera, an 8 mm lens on 7.4 um pixels, as `presets/sensor/incra1.toml` has it.
 pub fn incra1() -> Camera {
@@ -62,7 +63,7 @@ pub fn read(path: &Path) -> Result<Camera, Diagnostics> {
 /// As [`read`].
 pub fn parse(file: &str, text: &str) -> Result<Camera, Diagnostics> {
     let read: File = toml::from_str(text).map_err(|error| {
-        let place = error.span().map(|span| place(text, span.start));
+        let place = error.span().map(|span| places::at(text, span.start));
         Diagnostics(vec![Diagnostic { file: file.to_owned(), place, message: error.message().to_owned(), help: None }])
     })?;
     let Some(typed) = read.sensor.and_then(|sensor| sensor.camera).or(read.camera) else {
@@ -97,15 +98,6 @@ pub fn parse(file: &str, text: &str) -> Result<Camera, Diagnostics> {
 
 fn whole(file: &str, message: String) -> Diagnostics {
     Diagnostics(vec![Diagnostic { file: file.to_owned(), place: None, message, help: None }])
-}
-
-fn place(text: &str, at: usize) -> Place {
-    let at = (0..=at.min(text.len())).rev().find(|i| text.is_char_boundary(*i)).unwrap_or(0);
-    let start = text[..at].rfind('\n').map_or(0, |newline| newline + 1);
-    let line = text[start..].lines().next().unwrap_or_default();
-    let from = (at - start).min(line.len());
-    let column = line[..from].chars().count() + 1;
-    Place { line: text[..start].matches('\n').count() + 1, column, text: line.to_owned(), mark: from..line.len() }
 }
 
 #[cfg(test)]

@@ -4,10 +4,13 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use ductloop::calibrate::boards::{Boards, Centres, Found};
+use ductloop::calibrate::gauge::figure;
+use ductloop::calibrate::gauge::file::GaugeFile;
 use ductloop::calibrate::linear::Applied;
 use ductloop::calibrate::model::Fitted;
 use ductloop::calibrate::points::Points;
 use ductloop::calibrate::{camera, matrix};
+use ductloop::engine::{Engine, Threads};
 use ductloop::output::write_whole;
 use ductloop::scenario::Diagnostics;
 use ductloop_nav::calibration::model::{Free, LASERS, Scatter};
@@ -27,6 +30,7 @@ Examples:
   ductloop calibrate left.csv --apply T.csv --laser left       positions and misses by a given T
   ductloop calibrate right.csv --model left.csv --out rig.toml    one camera and the planes of both lasers instead
   ductloop calibrate centres.csv --boards boards.csv --camera camera.toml --laser green    a laser's plane
+  ductloop calibrate --gauge scenarios/gauge/incra1.toml --out figure9.svg                 the paper's experiment, simulated
 
 POINTS.csv has the columns u_px,v_px,x_mm,y_mm,z_mm: pixels, and their positions on a gauge. Others are left alone; lines that
 begin with # are comments. At least four points are needed of which no three lie on a line.
@@ -37,8 +41,11 @@ names: file,n_x,n_y,n_z,d_mm, the board's plane n . x = d in its camera's frame,
 What --model and --boards write is laid over a scenario by `--with`.")]
 pub(crate) struct CalibrateArgs {
     /// Table of pixels and positions of one laser; with --boards, tables of stripe centres
-    #[arg(required = true, value_name = "POINTS.csv")]
+    #[arg(required_unless_present = "gauge", value_name = "POINTS.csv")]
     pub(crate) inputs: Vec<PathBuf>,
+    /// Carry out an experiment with a simulated block gauge: rendered, found, calibrated, tested
+    #[arg(long, value_name = "GAUGE.toml", conflicts_with_all = ["inputs", "apply", "model", "boards", "laser", "camera"])]
+    pub(crate) gauge: Option<PathBuf>,
     /// Triangulate with the T of this file instead of solving for one
     #[arg(long, value_name = "T.csv", conflicts_with_all = ["model", "boards"])]
     pub(crate) apply: Option<PathBuf>,
@@ -63,7 +70,8 @@ pub(crate) struct CalibrateArgs {
     /// The laser's name: which T of the file of --apply, and how it is written
     #[arg(long, value_name = "NAME", conflicts_with = "model")]
     pub(crate) laser: Option<String>,
-    /// Write T as a table, for --apply; with --model or --boards, the rig or the plane as TOML, for `run --with`
+    /// Write T as a table, for --apply; with --model or --boards, the rig or the plane as TOML, for `run --with`;
+    /// with --gauge, the paper's figure 9 as SVG
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     /// Print one JSON document on standard output
@@ -91,6 +99,9 @@ pub(crate) enum Freed {
 pub(crate) fn command(args: &CalibrateArgs) -> Result<u8, Problem> {
     if let Some(out) = &args.out {
         destination::file("--out", out)?;
+    }
+    if let Some(gauge) = &args.gauge {
+        return of_gauge(args, gauge);
     }
     if let Some(boards) = &args.boards {
         return of_boards(args, boards);
@@ -142,6 +153,14 @@ fn of_boards(args: &CalibrateArgs, boards: &Path) -> Result<u8, Problem> {
     let laser = args.laser.as_deref().unwrap_or("laser");
     let found = Found::fit(&camera, boards, centres, laser).map_err(in_file)?;
     finish(args, &found.to_json(), &found.to_text(), || found.to_toml())
+}
+
+fn of_gauge(args: &CalibrateArgs, gauge: &Path) -> Result<u8, Problem> {
+    let file = GaugeFile::read(gauge).map_err(in_file)?;
+    // On the processor: the same figures on every machine.
+    let result = ductloop::calibrate::gauge::run(&file, &Engine::Cpu, Threads::here().all)
+        .map_err(|error| Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(gauge.display().to_string()))?;
+    finish(args, &result.to_json(), &result.to_text(), || figure::svg(&result))
 }
 
 /// Writes the file and tells the result.

@@ -53,6 +53,8 @@ pub enum FileKind {
     Sweep,
     /// A search over many runs.
     Study,
+    /// A calibration with a simulated block gauge.
+    Gauge,
 }
 
 impl FileKind {
@@ -63,6 +65,7 @@ impl FileKind {
             "scenario" => Some(Self::Scenario),
             "sweep" => Some(Self::Sweep),
             "study" => Some(Self::Study),
+            "gauge" => Some(Self::Gauge),
             _ => None,
         }
     }
