@@ -138,7 +138,10 @@ impl Centres {
             for (row, (file, pixel_px)) in files.into_iter().zip(pixels).enumerate() {
                 let wrong = |message: String, help| Err(Diagnostics(vec![table.error(row, message, help)]));
                 let Some(board) = boards.files.iter().position(|known| *known == base_name(file)) else {
-                    return wrong(format!("no board is known of `{file}`"), Some(format!("boards of: {}", boards.files.join(", "))));
+                    return wrong(
+                        format!("no board is known of `{file}`"),
+                        Some(format!("boards of: {}", boards.files.join(", "))),
+                    );
                 };
                 if !(sigmas[row] > 0.0) {
                     return wrong("sigma_px must be positive".into(), None);
@@ -167,7 +170,8 @@ impl Centres {
             }
             BoardsError::TooFew(_) | BoardsError::OneLine | BoardsError::ThroughCamera(_) => {
                 let file = self.tables.iter().map(Table::file).collect::<Vec<_>>().join(", ");
-                let outside = (self.outside > 0).then(|| format!("{} centres lie beside their boards and were left out", self.outside));
+                let outside =
+                    (self.outside > 0).then(|| format!("{} centres lie beside their boards and were left out", self.outside));
                 Diagnostic { file, place: None, message: error.to_string(), help: outside }
             }
         }])
@@ -191,7 +195,8 @@ impl Found {
     /// # Errors
     /// Centres that leave it open, or that cannot be.
     pub fn fit(camera: &Camera, boards: Boards, centres: Centres, laser: &str) -> Result<Self, Diagnostics> {
-        let plane = BoardsPlane::of(&Lens::new(camera), &boards.planes, &centres.on_boards).map_err(|error| centres.why_not(&error))?;
+        let plane =
+            BoardsPlane::of(&Lens::new(camera), &boards.planes, &centres.on_boards).map_err(|error| centres.why_not(&error))?;
         Ok(Self { plane, laser: laser.to_owned(), files: boards.files, centres })
     }
 

@@ -46,8 +46,7 @@ impl Applied {
     /// Triangulates the points' pixels by a given T (equation 1).
     pub fn apply(t: Matrix4x3<f64>, points: &Points) -> Self {
         let estimates_mm: Vec<_> = points.pairs.iter().map(|pair| position_mm(&t, pair.pixel_px)).collect();
-        let mut applied =
-            Self { t, estimates_mm, left_out_mm: None, rms_mm: None, leave_one_out_rms_mm: None, condition: None };
+        let mut applied = Self { t, estimates_mm, left_out_mm: None, rms_mm: None, leave_one_out_rms_mm: None, condition: None };
         let misses: Option<Vec<_>> = applied.misses_mm(points).collect();
         applied.rms_mm = misses.and_then(|misses| rms_mm(&misses));
         applied
@@ -103,7 +102,10 @@ impl Applied {
             writeln!(out)?;
         }
         let left_out = if self.left_out_mm.is_some() { "  left out" } else { "" };
-        writeln!(out, "\nline      u       v         x        y        z  |     dx      dy      dz    miss{left_out}   (px, mm)")?;
+        writeln!(
+            out,
+            "\nline      u       v         x        y        z  |     dx      dy      dz    miss{left_out}   (px, mm)"
+        )?;
         for (index, miss) in self.misses_mm(points).enumerate() {
             let ([u, v], [x, y, z]) = (points.pairs[index].pixel_px, points.pairs[index].position_mm);
             write!(out, "{:>4} {u:>7.2} {v:>7.2}  {x:>8.2} {y:>8.2} {z:>8.2}  |", points.line(index))?;

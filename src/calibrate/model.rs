@@ -38,10 +38,12 @@ impl Fitted {
         let rig = Rig::fit(&pairs, camera, free, stated).map_err(|error| why_not(tables, &error))?;
         let count: usize = pairs.iter().map(Vec::len).sum();
         let left_out = |laser: usize| {
-            let misses: Option<Vec<_>> = (0..pairs[laser].len()).map(|point| left_out(&pairs, laser, point, camera, free, stated)).collect();
+            let misses: Option<Vec<_>> =
+                (0..pairs[laser].len()).map(|point| left_out(&pairs, laser, point, camera, free, stated)).collect();
             (count <= LEFT_OUT).then_some(()).and(misses).and_then(|misses| rms_mm(&misses))
         };
-        let leave_one_out_rms_mm = if count <= LEFT_OUT { (0..pairs.len()).map(left_out).collect() } else { vec![None; pairs.len()] };
+        let leave_one_out_rms_mm =
+            if count <= LEFT_OUT { (0..pairs.len()).map(left_out).collect() } else { vec![None; pairs.len()] };
         Ok(Self { rig, lasers: tables.iter().map(|(name, _)| name.clone()).collect(), leave_one_out_rms_mm, free, stated })
     }
 
@@ -135,7 +137,12 @@ impl Fitted {
         };
         let (sigma, if_free) = (&rig.sigma, &rig.if_free);
         let first = |pair: Option<[f64; 2]>| pair.map(|[u, v]| u.max(v));
-        writeln!(out, "focal length {:.2} px, {}", camera.focal_px[0], told(self.free.focal, sigma.focal_px, if_free.focal_px, " px"))?;
+        writeln!(
+            out,
+            "focal length {:.2} px, {}",
+            camera.focal_px[0],
+            told(self.free.focal, sigma.focal_px, if_free.focal_px, " px")
+        )?;
         let centre = told(self.free.centre, first(sigma.centre_px), first(if_free.centre_px), " px");
         writeln!(out, "principal point ({:.2}, {:.2}) px, {centre}", camera.centre_px[0], camera.centre_px[1])?;
         let d = camera.distortion;
@@ -181,7 +188,14 @@ fn list(v: &Vector3<f64>) -> String {
 }
 
 /// A point's miss by the rig of all others.
-fn left_out(pairs: &[Vec<Pair>], laser: usize, point: usize, camera: &Camera, free: Free, stated: Scatter) -> Option<Vector3<f64>> {
+fn left_out(
+    pairs: &[Vec<Pair>],
+    laser: usize,
+    point: usize,
+    camera: &Camera,
+    free: Free,
+    stated: Scatter,
+) -> Option<Vector3<f64>> {
     let mut others = pairs.to_vec();
     let pair = others[laser].remove(point);
     let rig = Rig::fit(&others, camera, free, stated).ok()?;

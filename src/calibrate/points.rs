@@ -72,16 +72,16 @@ impl Points {
                 let points = if *count == 1 { "point is" } else { "points are" };
                 self.table.error_of_all(format!("{count} {points} too few: four at least are needed"), Some(SPREAD.into()))
             }
-            PairsError::NotFinite(point) => {
-                self.table.error(*point, "a coordinate is not finite, or beyond 1e9".into(), None)
-            }
+            PairsError::NotFinite(point) => self.table.error(*point, "a coordinate is not finite, or beyond 1e9".into(), None),
             PairsError::Repeated(first, second) => {
                 let message = format!("the pixel is that of line {} again", line(first));
                 self.table.error(*second, message, Some("a pixel sees one position: keep one of the two".into()))
             }
             PairsError::Collinear { space, but } => {
                 let place = if *space { "positions" } else { "pixels" };
-                let all = but.as_ref().map_or(String::from("all points"), |point| format!("all points but that of line {}", line(point)));
+                let all = but
+                    .as_ref()
+                    .map_or(String::from("all points"), |point| format!("all points but that of line {}", line(point)));
                 let message = format!("the {place} of {all} lie on a line: they determine no T");
                 self.table.error_of_all(message, Some(SPREAD.into()))
             }

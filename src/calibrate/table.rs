@@ -73,7 +73,12 @@ impl Table {
                 Ok(cells) => split.push(Line { number: index + 1, text: line.to_owned(), cells }),
                 Err(from) => {
                     let here = Line { number: index + 1, text: line.to_owned(), cells: Vec::new() };
-                    wrong.push(here.error(file, from..line.len(), "a quotation mark is not closed, or text follows it".into(), None));
+                    wrong.push(here.error(
+                        file,
+                        from..line.len(),
+                        "a quotation mark is not closed, or text follows it".into(),
+                        None,
+                    ));
                 }
             }
         }

@@ -170,7 +170,11 @@ fn finish(args: &CalibrateArgs, document: &Value, text: &str, file: impl FnOnce(
         write_whole(out, file().as_bytes()).map_err(lost)?;
         note(&format!("written: {}", out.display()));
     }
-    if args.json { print_json(document)? } else { print(text)? }
+    if args.json {
+        print_json(document)?
+    } else {
+        print(text)?
+    }
     Ok(0)
 }
 

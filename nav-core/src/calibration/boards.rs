@@ -117,7 +117,8 @@ impl BoardsPlane {
     /// # Errors
     /// Centres that cannot be, and sets that leave the plane open.
     pub fn of(lens: &Lens, boards: &[Board], centres: &[BoardCentre]) -> Result<Self, BoardsError> {
-        let seen = centres.iter().enumerate().map(|(index, centre)| see(lens, boards, index, centre)).collect::<Result<Vec<_>, _>>()?;
+        let seen =
+            centres.iter().enumerate().map(|(index, centre)| see(lens, boards, index, centre)).collect::<Result<Vec<_>, _>>()?;
         if seen.len() < 3 {
             return Err(BoardsError::TooFew(seen.len()));
         }
@@ -258,8 +259,7 @@ fn start(seen: &[Seen]) -> Option<Trial> {
         }
         let normal = cross.normalize();
         let trial = Trial { normal, offset: normal.dot(&a) };
-        let mut sizes: Vec<_> =
-            seen.iter().step_by(stride).map(|seen| (trial.residual_px(seen) / seen.sigma_px).abs()).collect();
+        let mut sizes: Vec<_> = seen.iter().step_by(stride).map(|seen| (trial.residual_px(seen) / seen.sigma_px).abs()).collect();
         let middle = median(&mut sizes);
         if best.as_ref().is_none_or(|(least, _)| middle < *least) {
             best = Some((middle, trial));

@@ -44,7 +44,9 @@ pub enum LinearError {
         rank: usize,
     },
     /// Pixels and positions have nothing to do with each other.
-    #[error("no T fits: for point {point}, numbered from 0, the horizon of the laser's plane lies between it and the other points")]
+    #[error(
+        "no T fits: for point {point}, numbered from 0, the horizon of the laser's plane lies between it and the other points"
+    )]
     Contradictory {
         /// The point, from zero.
         point: usize,

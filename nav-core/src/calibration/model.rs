@@ -264,11 +264,17 @@ impl Fit {
         let k = [camera.distortion.k1, camera.distortion.k2];
         let (rotation, translation_mm) = pose(&linear.t, focal_px, camera.centre_px).ok_or(ModelError::NoFit)?;
         let centre_px = camera.centre_px;
-        let mut state =
-            State { rotation, translation_mm, focal_px, centre_px, k, planes: [Vector3::zeros(); LASERS], camera: camera.clone() };
+        let mut state = State {
+            rotation,
+            translation_mm,
+            focal_px,
+            centre_px,
+            k,
+            planes: [Vector3::zeros(); LASERS],
+            camera: camera.clone(),
+        };
         for (plane, pairs) in state.planes.iter_mut().zip(lasers) {
-            let points: Vec<_> =
-                pairs.iter().map(|pair| rotation * Vector3::from(pair.position_mm) + translation_mm).collect();
+            let points: Vec<_> = pairs.iter().map(|pair| rotation * Vector3::from(pair.position_mm) + translation_mm).collect();
             *plane = plane_through(&points).ok_or(ModelError::NoFit)?;
         }
         Ok(state)

@@ -19,6 +19,7 @@ const DECADES: [f64; 2] = [-3.0, 2.0];
 /// Colours of x, y and z, distinct for colour-blind eyes too (Okabe and Ito).
 const AXES: [(&str, &str); 3] = [("x", "#0072b2"), ("y", "#d55e00"), ("z", "#009e73")];
 const PAPER: &str = "#b3261e";
+const OWN: &str = "#1f5fc4";
 
 /// The figure as SVG that stands alone.
 pub fn svg(result: &GaugeResult) -> String {
@@ -98,7 +99,11 @@ fn panel(out: &mut String, laser: &LaserResult, left: f64, width: f64) -> std::f
         writeln!(out, r#"<text x="{:.1}" y="44">{name}</text>"#, at + 13.0)?;
         at += 34.0;
     }
-    writeln!(out, r#"<text x="{:.1}" y="44">circles: actual, crosses: estimated; shaded: calibrated with</text>"#, at + 4.0)?;
+    writeln!(
+        out,
+        r#"<text x="{:.1}" y="44" font-size="11">circle: actual, cross: estimated; shaded: calibrated with</text>"#,
+        at + 4.0
+    )?;
     let misses = Frame { left, width, top: TOP + POSITIONS + BETWEEN, height: MISSES, x, y: DECADES };
     for frame in [&positions, &misses] {
         let (from, to) = (frame.x(0.5), frame.x(laser.calibration.len() as f64 + 0.5));
@@ -123,25 +128,38 @@ fn panel(out: &mut String, laser: &LaserResult, left: f64, width: f64) -> std::f
     misses.axes(out, "miss / mm", &decades)?;
     for (index, point) in points.iter().enumerate() {
         let y = misses.y(libm::log10(point.miss_mm().norm().max(1e-9)));
-        writeln!(out, r##"<circle cx="{:.1}" cy="{y:.1}" r="3" fill="#1f5fc4"/>"##, misses.x(index as f64 + 1.0))?;
+        writeln!(out, r#"<circle cx="{:.1}" cy="{y:.1}" r="3" fill="{OWN}"/>"#, misses.x(index as f64 + 1.0))?;
+    }
+    for (index, miss) in laser.paper_misses_mm.iter().enumerate() {
+        let (x, y) = (misses.x(index as f64 + 1.0), misses.y(libm::log10(miss.max(1e-9))));
+        writeln!(out, r#"<path d="{}" stroke="{PAPER}"/>"#, cross(x, y))?;
     }
     let own = laser.calibration.len() as f64 + 0.5;
-    level(out, &misses, rms(&laser.calibration), [0.5, own], "#1f5fc4", "")?;
-    level(out, &misses, rms(&laser.test), [own, x[1]], "#1f5fc4", "RMS of the test")?;
-    level(out, &misses, laser.paper_rms_mm, x, PAPER, "RMS of the paper's own points")?;
+    level(out, &misses, rms(&laser.calibration), [0.5, own])?;
+    level(out, &misses, rms(&laser.test), [own, x[1]])?;
+    let words = |value: Option<f64>| value.map_or("none".into(), |value| format!("{value:.2} mm RMS"));
+    let right = left + width;
+    let (paper, test) = (words(laser.paper_rms_mm()), words(rms(&laser.test)));
+    let at = [misses.y(1.0) - 10.0, misses.y(0.0) - 10.0];
+    writeln!(
+        out,
+        r#"<text x="{right:.1}" y="{:.1}" text-anchor="end" fill="{PAPER}">crosses: the paper, {paper}</text>"#,
+        at[0]
+    )?;
+    writeln!(
+        out,
+        r#"<text x="{right:.1}" y="{:.1}" text-anchor="end" fill="{OWN}">dots: here, {test} at other depths</text>"#,
+        at[1]
+    )?;
     let middle = left + width / 2.0;
     writeln!(out, r#"<text x="{middle:.1}" y="{:.1}" text-anchor="middle">index of measurement points</text>"#, HEIGHT - 14.0)
 }
 
-/// A horizontal line at a miss, with its value.
-fn level(out: &mut String, frame: &Frame, value: Option<f64>, x: [f64; 2], colour: &str, words: &str) -> std::fmt::Result {
+/// A dashed line at a miss.
+fn level(out: &mut String, frame: &Frame, value: Option<f64>, x: [f64; 2]) -> std::fmt::Result {
     let Some(value) = value else { return Ok(()) };
     let (y, [from, to]) = (frame.y(libm::log10(value.max(1e-9))), x.map(|x| frame.x(x)));
-    writeln!(out, r#"<path d="M{from:.1} {y:.1}H{to:.1}" stroke="{colour}" stroke-dasharray="6 4"/>"#)?;
-    if words.is_empty() {
-        return Ok(());
-    }
-    writeln!(out, r#"<text x="{to:.1}" y="{:.1}" text-anchor="end" fill="{colour}">{words}: {value:.2} mm</text>"#, y - 5.0)
+    writeln!(out, r#"<path d="M{from:.1} {y:.1}H{to:.1}" stroke="{OWN}" stroke-dasharray="6 4"/>"#)
 }
 
 fn cross(x: f64, y: f64) -> String {

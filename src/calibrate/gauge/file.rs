@@ -46,8 +46,9 @@ pub struct Gauge {
 pub struct GaugeLaser {
     /// Its name in the sensor.
     pub name: String,
-    /// 3D RMS of the paper's own points, if there is such.
-    pub paper_rms_mm: Option<f64>,
+    /// Misses of the paper's own estimates of these points, in millimetres, if there are such.
+    #[serde(default)]
+    pub paper_misses_mm: Vec<f64>,
     /// Height x and depth z of the points of the calibration, in millimetres.
     pub points_mm: Vec<[f64; 2]>,
 }
@@ -114,7 +115,8 @@ impl GaugeFile {
         let Gauge { surface, size_mm, origin_m, turn_rad, shift_mm, mark_sigma_px, window_px, laser, test } = &self.gauge;
         let numbers = size_mm.iter().chain(origin_m).chain(turn_rad).chain(shift_mm).chain([mark_sigma_px]);
         let points = laser.iter().flat_map(|laser| laser.points_mm.iter().flatten());
-        let all = numbers.chain(points).chain(&test.heights_mm).chain(&test.depths_mm);
+        let paper = laser.iter().flat_map(|laser| &laser.paper_misses_mm);
+        let all = numbers.chain(points).chain(paper).chain(&test.heights_mm).chain(&test.depths_mm);
         if !all.copied().all(|x| x.abs() < 1e5) {
             return Some("[gauge] holds a number that is not finite, or beyond 100 m".into());
         }

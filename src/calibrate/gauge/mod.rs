@@ -53,8 +53,8 @@ pub struct LaserResult {
     pub condition: f64,
     /// 3D RMS over the points of the calibration, left out one at a time.
     pub leave_one_out_rms_mm: Option<f64>,
-    /// 3D RMS of the paper's own points.
-    pub paper_rms_mm: Option<f64>,
+    /// Misses of the paper's own estimates, point by point.
+    pub paper_misses_mm: Vec<f64>,
     /// The points of the calibration.
     pub calibration: Vec<Measured>,
     /// The points of the test.
@@ -120,7 +120,12 @@ fn of_laser(file: &GaugeFile, scene: &mut Scene<'_>, laser: usize) -> Result<Las
     let estimated = |points: Vec<scene::Found>| {
         let one = |point: scene::Found| {
             let estimated_mm = position_mm(&t, point.pixel_px)?;
-            Some(Measured { pixel_px: point.pixel_px, actual_mm: point.actual_mm, estimated_mm, centre_error_px: point.centre_error_px })
+            Some(Measured {
+                pixel_px: point.pixel_px,
+                actual_mm: point.actual_mm,
+                estimated_mm,
+                centre_error_px: point.centre_error_px,
+            })
         };
         points.into_iter().filter_map(one).collect()
     };
@@ -129,7 +134,7 @@ fn of_laser(file: &GaugeFile, scene: &mut Scene<'_>, laser: usize) -> Result<Las
         t,
         condition: solved.conditioning.condition,
         leave_one_out_rms_mm: solved.leave_one_out_rms_mm(),
-        paper_rms_mm: asked.paper_rms_mm,
+        paper_misses_mm: asked.paper_misses_mm.clone(),
         calibration: estimated(found),
         test: estimated(tested),
         unseen: [unseen, unseen_test],
@@ -148,6 +153,13 @@ impl LaserResult {
         (all().map(|error| error * error).sum::<f64>() / all().count().max(1) as f64).sqrt()
     }
 
+    /// 3D RMS of the paper's own estimates.
+    pub fn paper_rms_mm(&self) -> Option<f64> {
+        let squares: f64 = self.paper_misses_mm.iter().map(|miss| miss * miss).sum();
+        let count = self.paper_misses_mm.len();
+        (count > 0).then(|| (squares / count as f64).sqrt())
+    }
+
     fn to_json(&self) -> Value {
         let rows: Vec<[f64; 3]> = self.t.row_iter().map(|row| [row[0], row[1], row[2]]).collect();
         let point = |point: &Measured| {
@@ -162,7 +174,7 @@ impl LaserResult {
         json!({
             "name": self.name, "t": rows, "condition": self.condition,
             "rms_mm": rms(&self.calibration), "leave_one_out_rms_mm": self.leave_one_out_rms_mm, "test_rms_mm": rms(&self.test),
-            "paper_rms_mm": self.paper_rms_mm, "centre_rms_px": self.centre_rms_px(),
+            "paper_rms_mm": self.paper_rms_mm(), "centre_rms_px": self.centre_rms_px(),
             "unseen": {"calibration": self.unseen[0], "test": self.unseen[1]},
             "points": points(&self.calibration), "test": points(&self.test),
         })
@@ -192,7 +204,7 @@ impl GaugeResult {
                 mm(laser.leave_one_out_rms_mm),
                 seen(&laser.test, laser.unseen[1]),
                 mm(rms(&laser.test)),
-                mm(laser.paper_rms_mm),
+                mm(laser.paper_rms_mm()),
                 laser.centre_rms_px(),
             );
         }

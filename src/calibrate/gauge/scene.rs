@@ -39,7 +39,7 @@ const THICK_M: f64 = 0.1;
 /// A stripe's line of pixels must lie so near the height that was asked for: two lines lie a millimetre apart, about.
 const BESIDE_MM: f64 = 2.0;
 /// Pixels between a point and the image's edge.
-const MARGIN_PX: f64 = 12.0;
+const MARGIN_PX: f64 = 1.0;
 
 impl<'a> Scene<'a> {
     pub(super) fn new(file: &'a GaugeFile, engine: &'a Engine, threads: usize) -> Self {
@@ -139,7 +139,8 @@ impl<'a> Scene<'a> {
         };
         let found = stripe::centre(image, across, line as usize, self.file.gauge.window_px)?;
         // The stripe's own slope carries a mark's error with it: the mark moves along the stripe.
-        let mark = self.file.gauge.mark_sigma_px * gaussian(self.frames, line as u64);
+        let mark = self.file.gauge.mark_sigma_px
+            * gaussian(self.file.scenario.seed.wrapping_mul(1009).wrapping_add(self.frames), line as u64);
         let along = self.direction(centres, nearest, across);
         let pixel_px = match across {
             Across::Columns => [line + mark * along[0], found.at_px + mark * along[1]],

@@ -91,7 +91,11 @@ fn centroid(profile: &[f64]) -> Option<f64> {
     let mut at = (right + left) as f64 / 2.0;
     for _ in 0..ROUNDS {
         let [near, far] = BACKGROUND.map(|share| share * width);
-        let background = (mean(profile, at - far, at - near)? + mean(profile, at + near, at + far)?) / 2.0;
+        // At the image's edge one side alone must do.
+        let background = match (mean(profile, at - far, at - near), mean(profile, at + near, at + far)) {
+            (Some(before), Some(after)) => (before + after) / 2.0,
+            (before, after) => before.or(after)?,
+        };
         let (mut light, mut moment) = (0.0, 0.0);
         for (pixel, share) in shares(at - WINDOW * width, at + WINDOW * width) {
             let above = (profile.get(pixel)? - background) * share;
