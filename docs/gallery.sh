@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the pictures of README.md and docs/gallery.md from scenarios/straight.toml and others beside it: each effect off and on.
+# Makes the pictures of README.md, docs/perceive.md and docs/gallery.md from scenarios/straight.toml and others beside it: each effect off and on.
 #
 #   docs/gallery.sh [FOLDER]      (docs; they go to FOLDER/images and FOLDER/gallery)
 #
@@ -16,6 +16,11 @@ trap 'rm -rf "$work"' EXIT
 # README's, by the command that stands there.
 target/release/ductloop render scenarios/straight-offset.toml --at-s 0.6 --lines --renderer cpu --quiet --out "$docs/images/straight-offset.png"
 rm "$docs/images/straight-offset.json"
+
+# That of docs/perceive.md.
+target/release/ductloop render scenarios/straight-offset.toml --at-s 0.6 --renderer cpu --quiet --out "$work/frame.png"
+target/release/ductloop perceive "$work/frame.png" --quiet --out "$work/perceived"
+mv "$work/perceived/frame.overlay.png" "$docs/images/perceived.png"
 
 # raw NAME SCENARIO [option…]: one frame into the working folder.
 raw() {

@@ -31,6 +31,8 @@ pub mod metrics;
 #[cfg(feature = "cli")]
 pub mod output;
 #[cfg(feature = "cli")]
+pub mod photograph;
+#[cfg(feature = "cli")]
 pub mod picture;
 pub mod pilot;
 pub mod record;
@@ -41,6 +43,8 @@ pub mod run_files;
 pub mod run_hash;
 pub mod scenario;
 mod single_run;
+#[cfg(feature = "cli")]
+pub mod stage_picture;
 #[cfg(feature = "cli")]
 pub mod truth_picture;
 pub mod viewpoint;

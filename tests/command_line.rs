@@ -13,6 +13,8 @@ mod inputs;
 mod interrupts;
 #[path = "command_line/other_commands.rs"]
 mod other_commands;
+#[path = "command_line/perceive.rs"]
+mod perceive;
 #[path = "command_line/render.rs"]
 mod render;
 #[path = "command_line/renderers.rs"]

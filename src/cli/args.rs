@@ -17,6 +17,7 @@ Examples:
   ductloop run scenarios --junit out/junit.xml    every scenario below a folder, for CI
   ductloop render straight --at-s 2 --truth --out frame.png   what the camera sees, and what is the case
   ductloop check scenarios/*.toml                 are these files right?
+  ductloop perceive frame.png --rig scenarios/straight.toml   what the robot would make of a picture
 
 Exit codes:
   0    every verdict passed
@@ -46,6 +47,8 @@ pub(crate) enum Command {
     Bench(BenchArgs),
     /// Find the sensor's geometry from pixels whose position is known
     Calibrate(super::calibrate::CalibrateArgs),
+    /// Find stripes, walls and the robot's place in picture files, photographs too
+    Perceive(super::perceive::PerceiveArgs),
 }
 
 /// What changes a scenario on its way from file to run.
@@ -219,6 +222,7 @@ impl Command {
         match self {
             Self::Run(_) => Some(Self::RUNS),
             Self::Check(_) => Some(Self::SCENARIOS),
+            Self::Perceive(_) => Some(super::perceive::PerceiveArgs::IMAGES),
             Self::Render(_) | Self::Schema | Self::Bench(_) | Self::Calibrate(_) => None,
         }
     }
@@ -231,6 +235,7 @@ impl Command {
             Self::Check(args) => args.json,
             Self::Bench(args) => args.json,
             Self::Calibrate(args) => args.json,
+            Self::Perceive(args) => args.json,
             Self::Schema => false,
         }
     }

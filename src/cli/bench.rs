@@ -10,11 +10,10 @@ use std::time::Instant;
 use ductloop::closed_loop::{RunError, run_with};
 use ductloop::engine::{Engine, Threads};
 use ductloop::output::manifest::{AdapterInfo, Host};
+use ductloop::scenario::Pipeline;
 use ductloop::viewpoint::still;
 use ductloop::{GreyImage, Pilot, Scenario, Sides};
 use ductloop_duct::network::Network;
-use ductloop_nav::perception::Perception as _;
-use ductloop_nav::perception::paper::PaperPerception;
 use ductloop_sensor::renderer::{Motion, View};
 use ductloop_sim::ground::Ground;
 use ductloop_sim::world::World;
@@ -63,7 +62,8 @@ pub(crate) fn command(args: &BenchArgs) -> Result<u8, Problem> {
     let [cpu_threads, cpu_full_threads] =
         [frames(&Engine::Cpu, &scenario, threads.all)?, frames(&Engine::Cpu, &full, threads.all)?];
     note("perception");
-    let perceive_ms = perception(&scenario, args.frames).map_err(|error| failed(&error))?;
+    let perceive = |pipeline| perception(&scenario, pipeline, args.frames).map_err(|error| failed(&error));
+    let [robust_ms, paper_ms] = [perceive(Pipeline::Robust)?, perceive(Pipeline::Paper)?];
     note("the whole loop, cpu");
     let real_time = |engine: &Engine| real_time_factor(engine, &scenario, threads).map_err(|e| failed(&e));
     let cpu_real_time = real_time(&Engine::Cpu)?;
@@ -82,7 +82,7 @@ pub(crate) fn command(args: &BenchArgs) -> Result<u8, Problem> {
             "frame_px": [camera.width_px, camera.height_px],
             "threads": threads.all,
             "render_ms": {"cpu": cpu, "wgpu": wgpu_ms},
-            "perceive_ms": {"robust": null, "paper": perceive_ms},
+            "perceive_ms": {"robust": robust_ms, "paper": paper_ms},
             "physics_steps_per_s": physics_steps_per_s,
             "real_time_factor": {"cpu": cpu_real_time, "wgpu": wgpu_real_time},
             "host": Host::this(),
@@ -99,7 +99,8 @@ frame                  {} x {} pixels; {} threads
 rendering, cpu         {cpu:.2} ms on one thread, {cpu_threads:.2} ms on {2}
   ghosts and bounce    {cpu_reflecting:.2} ms on one thread
   every effect on      {cpu_full:.2} ms on one thread, {cpu_full_threads:.2} ms on {2}
-perception, paper      {perceive_ms:.2} ms
+perception, robust     {robust_ms:.2} ms
+perception, paper      {paper_ms:.2} ms
 physics                {physics_steps_per_s:.0} steps/s
 whole loop, cpu        {cpu_real_time:.1} times real time",
         camera.width_px, camera.height_px, threads.all
@@ -185,11 +186,13 @@ fn frame_ms(engine: &Engine, scenario: &Scenario, threads: usize, frames: u32) -
 }
 
 /// Milliseconds to read a frame.
-fn perception(scenario: &Scenario, frames: u32) -> Result<f64, RunError> {
+fn perception(scenario: &Scenario, pipeline: Pipeline, frames: u32) -> Result<f64, RunError> {
     let network = scenario.duct.network()?;
     let mut renderer = Engine::Cpu.renderer(scenario, 1)?;
     let mut image = GreyImage::black(&scenario.rig.camera, scenario.optics.ccd.bits);
-    let mut perception = PaperPerception::new(scenario.rig.clone(), ductloop::pilot::paper_params(scenario));
+    let mut read_by = scenario.clone();
+    read_by.perception.pipeline = pipeline;
+    let mut perception = ductloop::pilot::perception(&read_by);
     let mut times = Vec::new();
     for frame in 0..frames + WARM_UP {
         renderer.render(&view(scenario, &network, frame), image.room())?;

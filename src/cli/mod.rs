@@ -4,6 +4,7 @@
 //! - `destination`: where results go, checked likewise; - `run`, `render`, `check`, `bench`, `calibrate`: the commands;
 //! - `progress`, `verdict_table`: what they show while and after; - `rendering`: opening what renders;
 //! - `shot`, `truth_files`: what `render` shows and what it writes beside it; - `warnings`: what is hardly meant so;
+//! - `perceive`, `picture_files`, `regions`, `perceived`: picture files through the perception, and what is told of it;
 //! - `problem`: what a command can end with other than its result; - `streams`: standard output and error; - `interrupt`: Ctrl-C.
 //!
 //! Exit codes: 0 every verdict passed; 1 one failed; 2 the command line or a file is wrong, or the output cannot be written;
@@ -16,8 +17,12 @@ mod check;
 mod destination;
 mod inputs;
 mod interrupt;
+mod perceive;
+mod perceived;
+mod picture_files;
 mod problem;
 mod progress;
+mod regions;
 mod render;
 mod rendering;
 mod run;
@@ -48,6 +53,7 @@ pub(crate) fn main() -> u8 {
         Command::Schema => streams::print_json(&ductloop::scenario::schema()).map(|()| 0),
         Command::Bench(args) => bench::command(args),
         Command::Calibrate(args) => calibrate::command(args),
+        Command::Perceive(args) => perceive::command(args),
     };
     result.unwrap_or_else(|problem| {
         let code = problem.tell();
@@ -70,6 +76,7 @@ fn not_understood(error: &clap::Error) -> u8 {
     let list = match typed.first().and_then(|command| command.to_str()) {
         Some("run") => Some(Command::RUNS),
         Some("check") => Some(Command::SCENARIOS),
+        Some("perceive") => Some(perceive::PerceiveArgs::IMAGES),
         _ => None,
     };
     Problem::new(code, message.trim()).help(help.trim()).print(list)

@@ -55,6 +55,11 @@ impl Problem {
         self
     }
 
+    /// With another exit code.
+    pub(crate) fn with_code(self, exit_code: u8) -> Self {
+        Self { exit_code, ..self }
+    }
+
     /// This and another one; the higher exit code counts. What several runs complain of alike is said once.
     fn and(mut self, other: Self) -> Self {
         self.exit_code = self.exit_code.max(other.exit_code);

@@ -35,6 +35,13 @@ pub(super) fn check(scenario: &Scenario, typed: &Typed, checked: &mut Checked) {
     cross.object_names();
 }
 
+/// Checks the rules of sensor and perception alone.
+pub(super) fn check_rig(scenario: &Scenario, typed: &Typed, checked: &mut Checked) {
+    let mut cross = Cross { scenario, typed, checked };
+    cross.sensor();
+    cross.perception();
+}
+
 /// Rounded up to a millimetre, so that what help says is accepted. The subtrahend is far below what is shown, and far above
 /// what the product rounds.
 fn up_mm(x_m: f64) -> f64 {

@@ -9,6 +9,7 @@
 //! - `presets`, `resolve`, `elements`: presets beneath, defaults filled in, into the typed [`Scenario`] **as resolved**;
 //! - `cross`: what fields say of each other;
 //! - [`diagnostic`]: every error found, for people and for programs;
+//! - `rig_file`: a sensor without a scenario around it;
 //! - `write`: a resolved scenario as a file again; [`schema`]: the format for editors.
 //!
 //! It reads files and writes none, and knows nothing of how a run is carried out.
@@ -24,6 +25,7 @@ pub mod overlay;
 mod parse;
 mod presets;
 mod resolve;
+mod rig_file;
 mod schema;
 mod source;
 mod tree;
@@ -86,6 +88,31 @@ impl Scenario {
     /// Every error found, in the order of the text.
     pub fn from_toml_str(text: &str) -> Result<Self, Diagnostics> {
         resolve::resolve(&typed::Typed::from_text("scenario", text))
+    }
+
+    /// Reads a rig: a whole scenario's, or a file that holds nothing but a sensor, in `[sensor]` or with `[camera]`, `[laser.NAME]`,
+    /// `[mount]` and `[line]` at the top. Of the scenario that comes back only `rig`, `perception` and `navigation` mean anything.
+    ///
+    /// # Errors
+    /// Every error found, in the order of the text.
+    pub fn read_rig(path: &Path) -> Result<Self, Diagnostics> {
+        Self::rig(typed::Typed::read(path, &Overlays::default()))
+    }
+
+    /// The same from a text; errors name it `rig`.
+    ///
+    /// # Errors
+    /// Every error found, in the order of the text.
+    pub fn rig_from_toml_str(text: &str) -> Result<Self, Diagnostics> {
+        Self::rig(typed::Typed::from_text("rig", text))
+    }
+
+    fn rig(mut typed: typed::Typed) -> Result<Self, Diagnostics> {
+        if rig_file::is_whole(&typed) {
+            return resolve::resolve(&typed);
+        }
+        rig_file::complete(&mut typed);
+        resolve::resolve_rig(&typed)
     }
 
     /// The resolved scenario as a file, every default written out. Read back, it gives an equal scenario.

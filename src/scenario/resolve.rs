@@ -22,6 +22,15 @@ use super::{Scenario, cross, elements, parse, presets};
 
 /// The scenario, or every error found.
 pub(super) fn resolve(typed: &Typed) -> Result<Scenario, Diagnostics> {
+    resolve_with(typed, cross::check)
+}
+
+/// The same of a rig's file with what it may leave out beneath: duct, robot and course are not looked at.
+pub(super) fn resolve_rig(typed: &Typed) -> Result<Scenario, Diagnostics> {
+    resolve_with(typed, cross::check_rig)
+}
+
+fn resolve_with(typed: &Typed, cross_check: fn(&Scenario, &Typed, &mut Checked)) -> Result<Scenario, Diagnostics> {
     let fail = |findings| {
         let mut all = typed.unreadable.clone();
         all.extend(Diagnostics::from_findings(findings, &typed.sources).0);
@@ -49,7 +58,7 @@ pub(super) fn resolve(typed: &Typed) -> Result<Scenario, Diagnostics> {
     let layered = beneath(&root);
     checked.missing(fields::root(), Some(&layered), "", &|path| typed.span(path));
     let scenario = build(&layered, &root, typed, &mut checked);
-    cross::check(&scenario, typed, &mut checked);
+    cross_check(&scenario, typed, &mut checked);
     if checked.findings.is_empty() { Ok(scenario) } else { fail(checked.findings) }
 }
 

@@ -126,8 +126,32 @@ mod tests {
         }
     }
 
-    /// Numbers of OpenCV 5.0.0's `projectPoints` would do as well; these are worked out by hand from its documented formula for
-    /// x = 0.3, y = -0.2: r^2 = 0.13, radial = 1 + 0.013 + 0.000845 = 1.013845.
+    /// What OpenCV 5.0.0 makes of the same lens: `undistortPoints`, iterated until it settles, and `projectPoints`.
+    #[test]
+    fn opencv_agrees() {
+        let lens = Lens::new(&camera(Distortion { k1: -0.350373, k2: 0.158447, p1: 0.000735, p2: -0.000231, k3: 0.0 }));
+        for (pixel, ray) in [
+            ([0.0, 0.0], [-0.779596687648045, -0.422187669983236]),
+            ([639.0, 479.0], [0.721863153097407, 0.421772744932293]),
+            ([100.25, 400.5], [-0.491910901830187, 0.261360038868194]),
+            ([620.0, 20.0], [0.664616370627201, -0.374394779729702]),
+            ([333.3, 111.1], [0.00682483648905825, -0.186921455303409]),
+        ] {
+            let seen = lens.ray(pixel[0], pixel[1]);
+            assert!((seen.x - ray[0]).abs() < 1e-11 && (seen.y - ray[1]).abs() < 1e-11, "{pixel:?}: {seen}");
+        }
+        let lens = Lens::new(&camera(Distortion { k1: 0.12, k2: -0.05, p1: 0.002, p2: -0.003, k3: 0.01 }));
+        for (ray, pixel) in [
+            ([0.3, -0.2], [485.83889833064654, 99.03679269106854]),
+            ([-0.6, 0.4], [3.261372306441615, 528.0233791310643]),
+            ([0.05, 0.55], [355.96453332821693, 628.2707904540406]),
+        ] {
+            let [u, v] = lens.pixel(&Vector3::new(ray[0], ray[1], 1.0));
+            assert!((u - pixel[0]).abs() < 1e-10 && (v - pixel[1]).abs() < 1e-10, "{ray:?}: {u} {v}");
+        }
+    }
+
+    /// Worked out by hand from the formula for x = 0.3, y = -0.2: r^2 = 0.13, radial = 1 + 0.013 + 0.000845 = 1.013845.
     #[test]
     fn the_formula_is_browns() {
         let lens = Lens::new(&camera(Distortion { k1: 0.1, k2: 0.05, p1: 0.01, p2: -0.02, k3: 0.0 }));

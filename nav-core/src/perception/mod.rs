@@ -13,7 +13,7 @@
 //! 9. [`wall_plane`]: two 3D lines, or all their points, to a plane (equations 15 to 18);
 //! 10. [`duct_error`]: the plane to lateral and heading error (equations 19, 20).
 //!
-//! [`paper`] runs them in order.
+//! [`paper`] runs them in order. [`ridge`] finds stripe centres where nothing is known of a rig.
 
 pub mod assignment;
 pub mod bit_image;
@@ -23,6 +23,7 @@ pub mod lens;
 pub mod line_fit;
 pub mod morphology;
 pub mod paper;
+pub mod ridge;
 pub mod robust;
 pub mod scan;
 pub mod thinning;

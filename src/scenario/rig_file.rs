@@ -1,0 +1,145 @@
+//! A rig by itself: the sensor's tables of a scenario without duct, robot and run around them.
+//!
+//! What may be read as one: a whole scenario; a file with `[sensor]` and its tables, as the presets are, and `[perception]` or
+//! `[navigation]` if one likes; or the sensor's own tables at the top (`[camera]`, `[laser.NAME]`, `[mount]`, `[line]`), as a calibration
+//! writes them. The last two name no preset unless they say so: a photograph's rig has no laser of `wide`'s in it.
+
+use super::source::Span;
+use super::tree::{Entry, Node, Table, Value};
+use super::typed::Typed;
+use super::{fields, parse};
+
+/// Tables of `[sensor]` that may stand at the top of a file.
+const OF_THE_SENSOR: [&str; 4] = ["camera", "mount", "laser", "line"];
+
+/// What a rig's file may leave out: that it is no scenario, where its mount points, how thick its light is (an assumption, that of both
+/// presets). The duct is one that any rig could stand in; of it only the width counts, where one wall is seen.
+const BENEATH: &str = r#"
+format = 1
+kind = "scenario"
+name = "rig"
+[sensor]
+preset = "none"
+[sensor.mount]
+pan_deg = 0.0
+tilt_deg = 0.0
+[sensor.line]
+width_mm = 2.0
+growth_mrad = 4.0
+[duct]
+width_m = 0.5
+height_m = 0.3
+run = [{ straight_m = 3.0 }]
+"#;
+
+/// Whether a file says that it is a scenario, or another whole thing.
+pub(super) fn is_whole(typed: &Typed) -> bool {
+    [fields::KIND, fields::FORMAT].iter().any(|key| typed.root.get(key).is_some())
+}
+
+/// Makes a scenario of a rig's file, as far as [`super::resolve`] needs one.
+pub(super) fn complete(typed: &mut Typed) {
+    gather(&mut typed.root);
+    let source = typed.sources.add("what a rig's file may leave out", BENEATH);
+    let (beneath, _) = parse::document(&typed.sources, source);
+    fill(&mut typed.root, beneath);
+}
+
+/// Takes in what a table has not. What it has keeps its place, by which errors are told.
+fn fill(table: &mut Table, beneath: Table) {
+    for entry in beneath.entries {
+        match table.entry_mut(&entry.key) {
+            None => table.entries.push(entry),
+            Some(typed) => {
+                if let (Value::Table(typed), Value::Table(beneath)) = (&mut typed.node.value, entry.node.value) {
+                    fill(typed, beneath);
+                }
+            }
+        }
+    }
+}
+
+/// Puts the sensor's tables that stand at the top into `[sensor]`.
+fn gather(root: &mut Table) {
+    let is_moved = |entry: &Entry| OF_THE_SENSOR.contains(&entry.key.as_str());
+    let Some(first) = root.entries.iter().find(|entry| is_moved(entry)).map(|entry| entry.key_span) else { return };
+    let (moved, kept) = std::mem::take(&mut root.entries).into_iter().partition(is_moved);
+    root.entries = kept;
+    let sensor = Entry { key: "sensor".to_owned(), key_span: first, node: table(moved, first) };
+    let mut gathered = Table { entries: vec![sensor] };
+    // What `[sensor]` itself says counts.
+    gathered.merge(std::mem::take(root));
+    *root = gathered;
+}
+
+fn table(entries: Vec<Entry>, span: Span) -> Node {
+    Node { value: Value::Table(Table { entries }), span }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scenario::Scenario;
+
+    const TOP: &str = r#"
+[camera]
+width_px = 640
+height_px = 480
+focal_px = 1081.0
+centre_px = [320.0, 240.0]
+roll_deg = 90.0
+position_in_base_m = [0.12, 0.0, 0.10]
+[laser.right]
+normal = [0.75130632, -0.61816050, 0.23111989]
+offset_m = 0.06878742
+[mount]
+pan_deg = -50.0
+"#;
+
+    #[test]
+    fn a_rig_may_stand_at_the_top_or_in_the_sensors_tables() {
+        let top = Scenario::rig_from_toml_str(TOP).expect("a rig");
+        assert_eq!(top.rig.lasers.len(), 1);
+        assert_eq!(top.rig.mount.rest.pan_rad, (-50.0_f64).to_radians());
+        assert_eq!(top.rig.line.width_m, 2e-3);
+        let below =
+            TOP.replace("[camera]", "[sensor.camera]").replace("[laser", "[sensor.laser").replace("[mount]", "[sensor.mount]");
+        assert_eq!(Scenario::rig_from_toml_str(&below).expect("a rig").rig, top.rig);
+        let both = format!("{TOP}[sensor.line]\nwidth_mm = 3.0\n[navigation]\nwidth_m = 0.8\n");
+        let both = Scenario::rig_from_toml_str(&both).expect("a rig");
+        assert_eq!((both.rig.line.width_m, both.navigation.width_m), (3e-3, 0.8));
+        assert_eq!(both.rig.camera, top.rig.camera);
+    }
+
+    #[test]
+    fn a_preset_and_a_whole_scenario_are_rigs() {
+        let wide = Scenario::rig_from_toml_str("[sensor]\npreset = \"wide\"\n").expect("a rig").rig;
+        let preset = Scenario::rig_from_toml_str(include_str!("../../presets/sensor/wide.toml")).expect("a rig").rig;
+        assert_eq!(wide, preset);
+        let whole = include_str!("../../scenarios/straight-incra1.toml");
+        assert_eq!(
+            Scenario::rig_from_toml_str(whole).expect("a rig").rig,
+            Scenario::from_toml_str(whole).expect("a scenario").rig
+        );
+    }
+
+    /// Every error with the line where it was typed.
+    #[test]
+    fn errors_have_their_lines() {
+        for (from, to, line, word) in [
+            ("offset_m = 0.06878742", "offset_m = 0.0002", 11, "camera's centre"),
+            ("width_px = 640", "width_px = 2", 3, "width_px"),
+            ("pan_deg = -50.0", "pam_deg = -50.0", 13, "pam_deg"),
+            ("focal_px = 1081.0\n", "", 2, "focal_px"),
+            ("0.75130632", "0.15130632", 10, "unit vector"),
+            ("[mount]", "[mount", 12, "not TOML"),
+            ("[laser.right]\nnormal = [0.75130632, -0.61816050, 0.23111989]\noffset_m = 0.06878742\n", "", 2, "no laser"),
+        ] {
+            assert!(TOP.contains(from), "{from}");
+            let wrong = Scenario::rig_from_toml_str(&TOP.replace(from, to)).expect_err(to);
+            let first = &wrong.0[0];
+            assert!(first.message.contains(word), "{from}: {wrong}");
+            assert_eq!(first.place.as_ref().map(|place| place.line), Some(line), "{from}: {wrong}");
+        }
+        assert!(Scenario::rig_from_toml_str("").is_err());
+    }
+}
