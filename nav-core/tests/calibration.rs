@@ -53,7 +53,7 @@ impl Truth {
         let mut pairs = Vec::new();
         for v in (10..480).step_by(step) {
             for u in (10..640).step_by(step) {
-                let pixel_px = [u as f64, v as f64];
+                let pixel_px = [f64::from(u), f64::from(v)];
                 let ray = lens.ray(pixel_px[0], pixel_px[1]);
                 let s = m.dot(&ray);
                 if s > 1.0 / 900.0 && s < 1.0 / 150.0 {

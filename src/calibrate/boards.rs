@@ -43,8 +43,8 @@ pub struct Centres {
     pub on_boards: Vec<BoardCentre>,
     /// How many lie outside the corners.
     pub outside: usize,
-    /// Where the former come from, for errors: table and row.
-    places: Vec<(usize, usize)>,
+    /// Where the former come from, for errors: table and row; pictures have none.
+    places: Vec<Option<(usize, usize)>>,
     tables: Vec<Table>,
 }
 
@@ -143,12 +143,12 @@ impl Centres {
                         Some(format!("boards of: {}", boards.files.join(", "))),
                     );
                 };
-                if !(sigmas[row] > 0.0) {
+                if sigmas[row] <= 0.0 {
                     return wrong("sigma_px must be positive".into(), None);
                 }
                 if boards.shows(board, pixel_px) {
                     centres.on_boards.push(BoardCentre { board, pixel_px, sigma_px: sigmas[row] });
-                    centres.places.push((number, row));
+                    centres.places.push(Some((number, row)));
                 } else {
                     centres.outside += 1;
                 }
@@ -158,10 +158,19 @@ impl Centres {
         Ok(centres)
     }
 
+    /// Takes in centres found in a picture.
+    pub fn extend(&mut self, found: Vec<BoardCentre>, boards: &Boards) {
+        let (on_board, outside): (Vec<_>, Vec<_>) =
+            found.into_iter().partition(|centre| boards.shows(centre.board, centre.pixel_px));
+        self.outside += outside.len();
+        self.places.extend(on_board.iter().map(|_| None));
+        self.on_boards.extend(on_board);
+    }
+
     fn why_not(&self, error: &BoardsError) -> Diagnostics {
-        let at = |centre: usize, message: String| {
-            let (table, row) = self.places[centre];
-            self.tables[table].error(row, message, None)
+        let at = |centre: usize, message: String| match self.places[centre] {
+            Some((table, row)) => self.tables[table].error(row, message, None),
+            None => Diagnostic { file: "stripe centres".into(), place: None, message, help: None },
         };
         Diagnostics(vec![match error {
             BoardsError::NotFinite(centre) => at(*centre, "the pixel is too far off to be one, or its deviation".into()),
@@ -169,7 +178,8 @@ impl Centres {
                 at(*centre, "the ray of this centre does not meet its board in front of the camera".into())
             }
             BoardsError::TooFew(_) | BoardsError::OneLine | BoardsError::ThroughCamera(_) => {
-                let file = self.tables.iter().map(Table::file).collect::<Vec<_>>().join(", ");
+                let tables = self.tables.iter().map(Table::file).collect::<Vec<_>>().join(", ");
+                let file = if tables.is_empty() { "stripe centres".into() } else { tables };
                 let outside =
                     (self.outside > 0).then(|| format!("{} centres lie beside their boards and were left out", self.outside));
                 Diagnostic { file, place: None, message: error.to_string(), help: outside }
@@ -246,7 +256,7 @@ impl Found {
             "offset_sigma_m": offset_mm / 1e3, "normal_sigma_rad": normal_rad,
             "sigma_from": if plane.covariance_by_board.is_some() { "boards" } else { "points" },
             "covariance": {
-                "turned_toward": plane.covariance.towards.map(|direction| <[f64; 3]>::from(direction)),
+                "turned_toward": plane.covariance.towards.map(<[f64; 3]>::from),
                 "by_point": rows(&plane.covariance.matrix),
                 "by_board": plane.covariance_by_board.as_ref().map(|covariance| rows(&covariance.matrix)),
             },
@@ -287,7 +297,7 @@ impl Found {
     }
 }
 
-fn base_name(file: &str) -> String {
+pub(super) fn base_name(file: &str) -> String {
     file.rsplit(['/', '\\']).next().unwrap_or(file).to_owned()
 }
 

@@ -5,7 +5,7 @@
 //! - [`matrix`]: matrices T in table 1's form;
 //! - [`linear`]: what comes of a table of points, by a T of its own or by a given one, as text and as JSON;
 //! - [`camera`]: a camera out of a file; [`model`]: the rig itself from the points of several lasers;
-//! - [`boards`]: a laser's plane from its stripe on boards of known pose;
+//! - [`boards`]: a laser's plane from its stripe on boards of known pose; [`pictures`]: the stripe out of their pictures;
 //! - [`gauge`]: the paper's experiment with a block gauge, from rendered images.
 //!
 //! The mathematics is [`ductloop_nav::calibration`]'s.
@@ -16,6 +16,7 @@ pub mod gauge;
 pub mod linear;
 pub mod matrix;
 pub mod model;
+pub mod pictures;
 mod places;
 pub mod points;
 pub mod table;

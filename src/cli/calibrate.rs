@@ -8,10 +8,12 @@ use ductloop::calibrate::gauge::figure;
 use ductloop::calibrate::gauge::file::GaugeFile;
 use ductloop::calibrate::linear::Applied;
 use ductloop::calibrate::model::Fitted;
+use ductloop::calibrate::pictures::centres_of_image;
 use ductloop::calibrate::points::Points;
 use ductloop::calibrate::{camera, matrix};
 use ductloop::engine::{Engine, Threads};
 use ductloop::output::write_whole;
+use ductloop::photograph::Channel;
 use ductloop::scenario::Diagnostics;
 use ductloop_nav::calibration::model::{Free, LASERS, Scatter};
 use ductloop_nav::rig::Camera;
@@ -30,17 +32,19 @@ Examples:
   ductloop calibrate left.csv --apply T.csv --laser left       positions and misses by a given T
   ductloop calibrate right.csv --model left.csv --out rig.toml    one camera and the planes of both lasers instead
   ductloop calibrate centres.csv --boards boards.csv --camera camera.toml --laser green    a laser's plane
+  ductloop calibrate *.jpg --boards boards.csv --camera camera.toml --channel green-excess    the same from pictures
   ductloop calibrate --gauge scenarios/gauge/incra1.toml --out figure9.svg                 the paper's experiment, simulated
 
 POINTS.csv has the columns u_px,v_px,x_mm,y_mm,z_mm: pixels, and their positions on a gauge. Others are left alone; lines that
 begin with # are comments. At least four points are needed of which no three lie on a line.
 
-With --boards the files hold stripe centres: file,u_px,v_px and, if it is known, sigma_px; `file` is the picture that BOARDS.csv
-names: file,n_x,n_y,n_z,d_mm, the board's plane n . x = d in its camera's frame, and q0_u,q0_v to q3_u,q3_v, its corners, if known.
+BOARDS.csv names pictures: file,n_x,n_y,n_z,d_mm, the board's plane n . x = d in the camera's frame, and q0_u,q0_v to q3_u,q3_v, its
+corners, if known. Behind --boards stand these pictures, PNG or JPEG, or tables (*.csv) of stripe centres found in them:
+file,u_px,v_px and, if it is known, sigma_px.
 
 What --model and --boards write is laid over a scenario by `--with`.")]
 pub(crate) struct CalibrateArgs {
-    /// Table of pixels and positions of one laser; with --boards, tables of stripe centres
+    /// Table of pixels and positions of one laser; with --boards, pictures of a stripe, or tables of its centres
     #[arg(required_unless_present = "gauge", value_name = "POINTS.csv")]
     pub(crate) inputs: Vec<PathBuf>,
     /// Carry out an experiment with a simulated block gauge: rendered, found, calibrated, tested
@@ -52,9 +56,12 @@ pub(crate) struct CalibrateArgs {
     /// Fit camera and planes to these points and to another laser's (may be given several times); files name the lasers
     #[arg(long, value_name = "OTHER.csv", conflicts_with = "boards")]
     pub(crate) model: Vec<PathBuf>,
-    /// Fit a laser's plane to stripe centres on boards of known pose
+    /// Fit a laser's plane to its stripe on boards of known pose
     #[arg(long, value_name = "BOARDS.csv", requires = "camera")]
     pub(crate) boards: Option<PathBuf>,
+    /// What of a coloured picture is read, with --boards: grey, red, green, blue, or red-excess, green-excess, blue-excess
+    #[arg(long, value_name = "CHANNEL", default_value = "grey", value_parser = super::perceive::channel)]
+    pub(crate) channel: Channel,
     /// File with the camera, in [sensor.camera] or [camera]; --model starts from INCRA I's if there is none
     #[arg(long, value_name = "CAMERA.toml")]
     pub(crate) camera: Option<PathBuf>,
@@ -149,7 +156,13 @@ fn of_boards(args: &CalibrateArgs, boards: &Path) -> Result<u8, Problem> {
     // clap has made sure that there is one.
     let camera = args.camera.as_deref().map_or(Ok(camera::incra1()), read_camera)?;
     let boards = Boards::read(boards).map_err(in_file)?;
-    let centres = Centres::read(&args.inputs, &boards).map_err(in_file)?;
+    let is_table = |path: &&PathBuf| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
+    let (tables, pictures): (Vec<_>, Vec<_>) = args.inputs.iter().partition(is_table);
+    let mut centres = Centres::read(&tables, &boards).map_err(in_file)?;
+    for picture in pictures {
+        let found = centres_of_image(picture, &camera, &boards, args.channel).map_err(in_file)?;
+        centres.extend(found, &boards);
+    }
     let laser = args.laser.as_deref().unwrap_or("laser");
     let found = Found::fit(&camera, boards, centres, laser).map_err(in_file)?;
     finish(args, &found.to_json(), &found.to_text(), || found.to_toml())

@@ -149,7 +149,8 @@ fn see(lens: &Lens, boards: &[Board], index: usize, centre: &BoardCentre) -> Res
     let ray = lens.ray(u, v);
     let (n, slant) = (plane.normal.into_inner(), plane.normal.dot(&ray));
     let at = ray * (plane.distance_mm / slant);
-    if !(at.z > 0.0) || !at.iter().all(|x| x.is_finite()) {
+    let in_front = at.z > 0.0 && at.iter().all(|x| x.is_finite());
+    if !in_front {
         return Err(BoardsError::Misses { centre: index, board });
     }
     // The point stays on the board: x = r d / (n . r).
@@ -254,7 +255,9 @@ fn start(seen: &[Seen]) -> Option<Trial> {
         let [a, b, c] = [index(0.819_172_5, 0.0), index(0.671_043_6, 0.3), index(0.549_700_5, 0.7)].map(|i| seen[i].at);
         let cross = (b - a).cross(&(c - a));
         let longest = (b - a).norm_squared().max((c - a).norm_squared());
-        if !(cross.norm() > STRAIGHT * longest) {
+        // Not of points that coincide, either.
+        let is_triangle = cross.norm() > STRAIGHT * longest;
+        if !is_triangle {
             continue;
         }
         let normal = cross.normalize();
@@ -281,7 +284,8 @@ fn fit(seen: &[Seen], weights: &[f64]) -> Option<Trial> {
     let mut order = [0, 1, 2];
     order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
     let [_, second, third] = order.map(|i| eigen.eigenvalues[i]);
-    if !(second > STRAIGHT * STRAIGHT * third) {
+    let spread = second > STRAIGHT * STRAIGHT * third;
+    if !spread {
         return None;
     }
     let normal = eigen.eigenvectors.column(order[0]).into_owned();

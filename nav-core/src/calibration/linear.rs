@@ -99,9 +99,9 @@ impl LinearCalibration {
         pairs::check(pairs)?;
         let solution = Solution::of(pairs)?;
         let t = solution.t();
-        let depth = |pair: &Pair| t[(3, 0)] * pair.pixel_px[0] + t[(3, 1)] * pair.pixel_px[1] + t[(3, 2)];
+        let in_front = |pair: &Pair| t[(3, 0)] * pair.pixel_px[0] + t[(3, 1)] * pair.pixel_px[1] + t[(3, 2)] > 1e-9;
         // The scale is one at the middle; whoever lies on the other side of the horizon is not in front of the camera with it.
-        if let Some(point) = pairs.iter().position(|pair| !(depth(pair) > 1e-9)) {
+        if let Some(point) = pairs.iter().position(|pair| !in_front(pair)) {
             return Err(LinearError::Contradictory { point });
         }
         Ok(Self {

@@ -66,8 +66,8 @@ impl PairsError {
 /// The first reason found.
 pub fn check(pairs: &[Pair]) -> Result<(), PairsError> {
     let coordinates = |pair: &Pair| [pair.pixel_px.as_slice(), &pair.position_mm].concat();
-    let wild = |pair: &Pair| coordinates(pair).iter().any(|x| !(x.abs() <= MOST));
-    if let Some(point) = pairs.iter().position(wild) {
+    let sound = |pair: &Pair| coordinates(pair).iter().all(|x| x.abs() <= MOST);
+    if let Some(point) = pairs.iter().position(|pair| !sound(pair)) {
         return Err(PairsError::NotFinite(point));
     }
     let mut order: Vec<usize> = (0..pairs.len()).collect();
@@ -154,7 +154,7 @@ mod tests {
         assert_eq!(beside, PairsError::Collinear { space: false, but: Some(2) });
         assert_eq!(with(3, pair(310.0, 300.0, 50.0, 0.0, 500.0)), PairsError::Collinear { space: true, but: Some(2) });
         assert!(beside.to_string().contains("all points but number 2"), "{beside}");
-        let line: Vec<_> = (0..9).map(|i| f64::from(i)).map(|t| pair(10.0 * t, 5.0 * t, t, t * t, 3.0 * t)).collect();
+        let line: Vec<_> = (0..9).map(f64::from).map(|t| pair(10.0 * t, 5.0 * t, t, t * t, 3.0 * t)).collect();
         assert_eq!(check(&line), Err(PairsError::Collinear { space: false, but: None }));
         let one_place: Vec<_> = square().iter().map(|p| Pair { position_mm: [1.0, 2.0, 3.0], ..*p }).collect();
         assert_eq!(check(&one_place), Err(PairsError::Collinear { space: true, but: None }));

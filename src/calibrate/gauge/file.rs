@@ -123,11 +123,11 @@ impl GaugeFile {
         if !size_mm.iter().all(|size| (10.0..=5000.0).contains(size)) {
             return Some("gauge.size_mm must be from 10 to 5000".into());
         }
-        if !(*mark_sigma_px >= 0.0) || !(2..=200).contains(window_px) {
+        if *mark_sigma_px < 0.0 || !(2..=200).contains(window_px) {
             return Some("gauge.mark_sigma_px must not be negative, and gauge.window_px must be from 2 to 200".into());
         }
         let mut depths = laser.iter().flat_map(|laser| laser.points_mm.iter().map(|[_, z]| z)).chain(&test.depths_mm);
-        if let Some(z) = depths.find(|z| !(**z >= 20.0)) {
+        if let Some(z) = depths.find(|z| **z < 20.0) {
             return Some(format!("a depth of {z} mm: the block must stand at least 20 mm before the gauge's origin"));
         }
         if !self.scenario.surfaces.iter().any(|known| known.name == *surface) {

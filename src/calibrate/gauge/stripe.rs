@@ -103,7 +103,8 @@ fn centroid(profile: &[f64]) -> Option<f64> {
             moment += above * pixel as f64;
         }
         let next = moment / light;
-        if !(light > 0.0) || !((next - at).abs() < width) {
+        let near = light > 0.0 && (next - at).abs() < width;
+        if !near {
             return None;
         }
         at = next;
