@@ -4,7 +4,9 @@
 //! k . x = o, and the plane is fitted to them in the image, where the noise is: with e = k . x - o and its gradient g by the pixel,
 //! e / |g| is the centre's distance from the stripe that the plane would make, in pixels (Sampson 1982). It is divided by the
 //! centre's standard deviation, and points beyond a few times the scatter lose their weight (Tukey's biweight), so that lamps and
-//! reflections among the centres do no harm while most of them are the stripe's.
+//! reflections among the centres do no harm while most of them are the stripe's. Where most centres lie farther off than they state
+//! (the boards' poses are not exact, nor is the lens), what is missing is added to the variance of each: else the weights would be of
+//! errors that are not the ones that count.
 //!
 //! Centres of one board share the error of its pose; six boards of a thousand centres each are six witnesses, not six thousand.
 //! So beside the covariance from single points there is one from whole boards (a "sandwich" with a board a cluster; Liang and
@@ -83,7 +85,7 @@ pub struct BoardsPlane {
     pub residuals_px: Vec<f64>,
     /// Scatter of the centres that count, over their stated deviations: 1 where these are right.
     pub scatter: f64,
-    /// From single points, times the scatter squared.
+    /// From single points, scaled by how far they lie off.
     pub covariance: PlaneCovariance,
     /// From whole boards; `None` of fewer than five.
     pub covariance_by_board: Option<PlaneCovariance>,
@@ -95,7 +97,10 @@ struct Seen {
     at: Vector3<f64>,
     /// d at / d u, d at / d v, as rows.
     by_pixel: Matrix2x3<f64>,
+    /// As stated.
     sigma_px: f64,
+    /// With what the stated deviations leave out.
+    deviation_px: f64,
 }
 
 /// Planes through three points that are tried as a start.
@@ -117,7 +122,7 @@ impl BoardsPlane {
     /// # Errors
     /// Centres that cannot be, and sets that leave the plane open.
     pub fn of(lens: &Lens, boards: &[Board], centres: &[BoardCentre]) -> Result<Self, BoardsError> {
-        let seen =
+        let mut seen =
             centres.iter().enumerate().map(|(index, centre)| see(lens, boards, index, centre)).collect::<Result<Vec<_>, _>>()?;
         if seen.len() < 3 {
             return Err(BoardsError::TooFew(seen.len()));
@@ -125,11 +130,12 @@ impl BoardsPlane {
         let mut plane = start(&seen).ok_or(BoardsError::OneLine)?;
         let mut weights = vec![0.0; seen.len()];
         for _ in 0..REFITS {
+            admit_what_is_missing(&mut seen, &plane);
             let scale = scale(&seen, &plane);
             for (weight, seen) in weights.iter_mut().zip(&seen) {
-                let reach = plane.residual_px(seen) / (seen.sigma_px * TUKEY * scale);
+                let reach = plane.residual_px(seen) / (seen.deviation_px * TUKEY * scale);
                 let keep = (1.0 - reach * reach).max(0.0);
-                let precision = 1.0 / (seen.sigma_px * plane.gradient(seen).max(f64::MIN_POSITIVE));
+                let precision = 1.0 / (seen.deviation_px * plane.gradient(seen).max(f64::MIN_POSITIVE));
                 *weight = keep * keep * precision * precision;
             }
             plane = fit(&seen, &weights).ok_or(BoardsError::OneLine)?;
@@ -155,7 +161,8 @@ fn see(lens: &Lens, boards: &[Board], index: usize, centre: &BoardCentre) -> Res
     }
     // The point stays on the board: x = r d / (n . r).
     let [by_u, by_v] = lens.ray_by_pixel(&ray).map(|by| (by - ray * (n.dot(&by) / slant)) * (plane.distance_mm / slant));
-    Ok(Seen { board, at, by_pixel: Matrix2x3::from_rows(&[by_u.transpose(), by_v.transpose()]), sigma_px })
+    let by_pixel = Matrix2x3::from_rows(&[by_u.transpose(), by_v.transpose()]);
+    Ok(Seen { board, at, by_pixel, sigma_px, deviation_px: sigma_px })
 }
 
 /// A plane k . x = offset on trial.
@@ -189,15 +196,18 @@ impl Trial {
         let towards = [first, normal.cross(&first)];
         let mut information = Matrix3::zeros();
         let mut of_board = vec![Vector3::zeros(); seen.iter().map(|seen| seen.board + 1).max().unwrap_or(0)];
-        let (mut squares, mut count) = (0.0, 0_usize);
+        let (mut squares, mut stated, mut count) = (0.0, 0.0, 0_usize);
         for (seen, weight) in seen.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
             let slope = Vector3::new(towards[0].dot(&seen.at), towards[1].dot(&seen.at), -1.0);
             information += slope * slope.transpose() * *weight;
             of_board[seen.board] += slope * (*weight * plane.residual_mm(seen));
-            let over_sigma = plane.residual_px(seen) / seen.sigma_px;
-            (squares, count) = (squares + over_sigma * over_sigma, count + 1);
+            let over = |deviation: f64| plane.residual_px(seen) / deviation;
+            squares += over(seen.deviation_px) * over(seen.deviation_px);
+            stated += over(seen.sigma_px) * over(seen.sigma_px);
+            count += 1;
         }
-        let scatter = (squares / count.saturating_sub(3).max(1) as f64).sqrt();
+        let free = count.saturating_sub(3).max(1) as f64;
+        let (variance, scatter) = (squares / free, (stated / free).sqrt());
         let inverse = inverse(&information);
         let boards: Vec<_> = of_board.iter().filter(|sum| sum.norm_squared() > 0.0).collect();
         let by_board = (boards.len() >= CLUSTERS).then(|| {
@@ -212,7 +222,7 @@ impl Trial {
             residuals_mm: seen.iter().map(|seen| plane.residual_mm(seen)).collect(),
             residuals_px: seen.iter().map(|seen| plane.residual_px(seen)).collect(),
             scatter,
-            covariance: PlaneCovariance { towards, matrix: inverse * (scatter * scatter) },
+            covariance: PlaneCovariance { towards, matrix: inverse * variance },
             covariance_by_board: by_board,
         }
     }
@@ -226,9 +236,18 @@ fn inverse(information: &Matrix3<f64>) -> Matrix3<f64> {
     Matrix3::from_fn(|i, j| inverse[(i, j)] * scale[i] * scale[j])
 }
 
+/// Adds to each centre's variance what the middle of all centres is off beyond the middle of what they state.
+fn admit_what_is_missing(seen: &mut [Seen], plane: &Trial) {
+    let mut sizes: Vec<_> = seen.iter().map(|seen| plane.residual_px(seen).abs()).collect();
+    let mut stated: Vec<_> = seen.iter().map(|seen| seen.sigma_px).collect();
+    let (found, stated) = (median(&mut sizes) / MEDIAN, median(&mut stated));
+    let missing = (found * found - stated * stated).max(0.0);
+    seen.iter_mut().for_each(|seen| seen.deviation_px = (seen.sigma_px * seen.sigma_px + missing).sqrt());
+}
+
 /// Robust scatter of the residuals over their deviations: the median of their size.
 fn scale(seen: &[Seen], plane: &Trial) -> f64 {
-    let mut sizes: Vec<_> = seen.iter().map(|seen| (plane.residual_px(seen) / seen.sigma_px).abs()).collect();
+    let mut sizes: Vec<_> = seen.iter().map(|seen| (plane.residual_px(seen) / seen.deviation_px).abs()).collect();
     // Not quite nothing: exact centres have a plane too.
     (median(&mut sizes) / MEDIAN).max(1e-9)
 }
