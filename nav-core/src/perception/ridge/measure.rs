@@ -2,7 +2,7 @@
 //!
 //! A stripe's halo is as bright as half the stripe where it falls on something white, and a Gaussian may then fit the halo. Its width gives
 //! that away: along a chain the stripe is about as wide everywhere, and halos only widen it. So where a Gaussian does not explain the
-//! values and is much wider than most of its chain's, it is fitted again to what lies within the usual width.
+//! values and is wider than most of its chain's, or is far wider, it is fitted again to what lies within the usual width.
 
 use super::chain::Point;
 use super::gaussian::{self, FWHM, Gaussian, GaussianFit, Profile, ProfileNoise};
@@ -26,9 +26,11 @@ pub(super) struct Measuring<'a> {
 const START_HEIGHT: f64 = 1.2;
 /// Width beyond which a stripe is looked at again, as a multiple of its chain's.
 const WIDE: f64 = 1.4;
+/// The same where noise seems to explain a fit: a halo that is much wider than its core hides the core's misfit among many values.
+const FAR_TOO_WIDE: f64 = 3.0;
 /// Width beyond which it is not believed after the second look.
 const TOO_WIDE: f64 = 2.0;
-/// Of the widths of a chain's fits this share is narrower than the stripe's usual width: those that follow a halo are the wide ones.
+/// Of the widths of fits this share is narrower than the stripe's usual width: those that follow a halo are the wide ones.
 const USUAL: f64 = 0.3;
 /// A second fit reaches so many usual widths to either side, and so many pixels more.
 const REACH: f64 = 1.0;
@@ -44,26 +46,34 @@ pub(super) fn measure(points: &mut Vec<Point>, measuring: &Measuring<'_>, widths
             None => point.freedom = 0.0,
         }
     }
+    let Some(of_image_px) = usual(points, widths) else { return points.clear() };
     for chain in points.chunk_by_mut(|a, b| a.chain == b.chain) {
-        widths.clear();
-        widths.extend(chain.iter().filter(|point| point.is_measured()).map(|point| point.fwhm_px));
-        if widths.is_empty() {
-            continue;
-        }
-        let at = (USUAL * (widths.len() - 1) as f64) as usize;
-        let usual_px = *widths.select_nth_unstable_by(at, f64::total_cmp).1;
-        let doubtful = |point: &&mut Point| !point.is_measured() || (!point.is_explained && point.fwhm_px > WIDE * usual_px);
+        // A chain that has never left the halo does not know.
+        let of_chain_px = usual(chain, widths).unwrap_or(of_image_px);
+        let usual_px = if of_chain_px > FAR_TOO_WIDE * of_image_px { of_image_px } else { of_chain_px };
+        let doubtful = |point: &&mut Point| {
+            let bound_px = usual_px * if point.is_explained { FAR_TOO_WIDE } else { WIDE };
+            !point.is_measured() || point.fwhm_px > bound_px
+        };
         for point in chain.iter_mut().filter(doubtful) {
-            match measuring
-                .fit(point, usual_px, REACH * usual_px + REACH_PX)
-                .filter(|fitted| fitted.fwhm_px <= TOO_WIDE * usual_px)
-            {
+            let second = measuring.fit(point, usual_px, REACH * usual_px + REACH_PX);
+            match second.filter(|fitted| fitted.fwhm_px <= TOO_WIDE * usual_px) {
                 Some(fitted) => *point = fitted,
+                // A wide stripe beside narrow ones has no narrow core.
+                None if point.is_explained => {}
                 None => point.freedom = 0.0,
             }
         }
     }
     points.retain(Point::is_measured);
+}
+
+/// The width that stripes of these points usually have, in pixels; `None` where none is measured.
+fn usual(points: &[Point], widths: &mut Vec<f64>) -> Option<f64> {
+    widths.clear();
+    widths.extend(points.iter().filter(|point| point.is_measured()).map(|point| point.fwhm_px));
+    let at = (USUAL * widths.len().checked_sub(1)? as f64) as usize;
+    Some(*widths.select_nth_unstable_by(at, f64::total_cmp).1)
 }
 
 impl Measuring<'_> {
