@@ -134,7 +134,8 @@ proptest! {
     fn nearly_tables_are_survived(
         rows in prop::collection::vec(prop::collection::vec(
             prop_oneof![
-                "-?[0-9]{1,4}(\\.[0-9]{1,3})?", Just("nan".to_owned()), Just("1e999".to_owned()), Just("\"".to_owned()), Just(String::new()),
+                "-?[0-9]{1,4}(\\.[0-9]{1,3})?", Just("nan".to_owned()), Just("1e999".to_owned()), Just("\"".to_owned()),
+                Just(String::new()),
                 Just("\u{fc}".to_owned()), Just("#".to_owned()),
             ], 4..7), 0..8),
     ) {

@@ -5,12 +5,14 @@
 //! - [`triangle`]: least squares with fixed memory: rows rotated into a triangle one by one; [`singular`]: its rank and condition;
 //! - [`linear`]: the paper's matrix T of one laser (equation 14), no physics in it;
 //! - [`levenberg`]: nonlinear least squares with a robust loss, and covariance;
-//! - [`model`]: the rig itself, one camera and several planes, from the same pairs of all lasers together;
+//! - [`model`]: the rig itself, one camera and several planes, from the same pairs of all lasers together; `first_guess`: where its
+//!   fit starts;
 //! - [`boards`]: a laser's plane from stripes on boards of known pose.
 //!
 //! Mathematics only. Positions are in millimetres here, as the paper's tables have them.
 
 pub mod boards;
+mod first_guess;
 pub mod levenberg;
 pub mod linear;
 pub mod model;

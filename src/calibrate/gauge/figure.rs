@@ -18,6 +18,7 @@ const HEIGHT: f64 = TOP + POSITIONS + BETWEEN + MISSES + 52.0;
 const DECADES: [f64; 2] = [-3.0, 2.0];
 /// Colours of x, y and z, distinct for colour-blind eyes too (Okabe and Ito).
 const AXES: [(&str, &str); 3] = [("x", "#0072b2"), ("y", "#d55e00"), ("z", "#009e73")];
+const INK: &str = "#1c2024";
 const PAPER: &str = "#b3261e";
 const OWN: &str = "#1f5fc4";
 
@@ -32,11 +33,8 @@ pub fn svg(result: &GaugeResult) -> String {
 fn draw(out: &mut String, result: &GaugeResult) -> std::fmt::Result {
     let count = result.lasers.len().max(1) as f64;
     let room = (WIDTH - LEFT - 14.0 - GAP * (count - 1.0)) / count;
-    writeln!(
-        out,
-        r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}" font-family="sans-serif" font-size="12" fill="{INK}">"#,
-        INK = "#1c2024"
-    )?;
+    let size = format!(r#"viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}""#);
+    writeln!(out, r#"<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="sans-serif" font-size="12" fill="{INK}">"#)?;
     writeln!(out, r##"<rect width="{WIDTH}" height="{HEIGHT}" fill="#ffffff"/>"##)?;
     for (index, laser) in result.lasers.iter().enumerate() {
         panel(out, laser, LEFT + index as f64 * (room + GAP), room)?;
