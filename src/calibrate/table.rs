@@ -143,7 +143,7 @@ impl Table {
             rows.push(columns.map(|column| {
                 let cell = &row.cells[column];
                 self.number(row, cell, column).unwrap_or_else(|error| {
-                    wrong.push(error);
+                    wrong.push(*error);
                     0.0
                 })
             }));
@@ -185,11 +185,11 @@ impl Table {
         Err(Diagnostics(vec![self.names.error(&self.file, all, message, Some(help))]))
     }
 
-    fn number(&self, row: &Line, cell: &Cell, column: usize) -> Result<f64, Diagnostic> {
+    fn number(&self, row: &Line, cell: &Cell, column: usize) -> Result<f64, Box<Diagnostic>> {
         let name = &self.names.cells[column].text;
         let wrong = |what: String| {
             let help = Some(format!("`{name}` is a finite number, with a point before decimals"));
-            Err(row.error(&self.file, cell.bytes.clone(), what, help))
+            Err(Box::new(row.error(&self.file, cell.bytes.clone(), what, help)))
         };
         match cell.text.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),

@@ -116,11 +116,11 @@ fn centroid(profile: &[f64]) -> Option<f64> {
 fn shares(from: f64, to: f64) -> impl Iterator<Item = (usize, f64)> {
     let first = (from + 0.5).floor();
     let count = ((to + 0.5).floor() - first).max(0.0) as usize;
-    (0..=count).filter_map(move |i| {
+    (0..=count).map(move |i| {
         let pixel = first + i as f64;
         let share = (to.min(pixel + 0.5) - from.max(pixel - 0.5)).max(0.0);
         // Beyond the line there are none: usize::MAX names no pixel.
-        Some((if pixel < 0.0 { usize::MAX } else { pixel as usize }, share))
+        (if pixel < 0.0 { usize::MAX } else { pixel as usize }, share)
     })
 }
 
