@@ -66,7 +66,7 @@ fn a_plane_is_found_from_boards() {
     assert!((document["offset_m"].as_f64().expect("an offset") - 0.04).abs() < 1e-9, "{document:#}");
     assert_eq!((&document["used"], document["boards"].as_array().map(Vec::len)), (&json!(36), Some(3)));
     assert!(workshop.read("laser.toml").contains("[sensor.laser.low]"));
-    workshop.write("centres.csv", &centres.replacen("b.png", "d.png", 1));
+    workshop.write("centres.csv", centres.replacen("b.png", "d.png", 1));
     let ran = workshop.run(&args).expect(2).saying(&["no board is known of `d.png`", "centres.csv:3"]);
     assert_eq!(ran.stdout, "");
 }
