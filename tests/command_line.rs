@@ -5,6 +5,8 @@
 mod accuracy;
 #[path = "command_line/bad_input.rs"]
 mod bad_input;
+#[path = "command_line/calibrate.rs"]
+mod calibrate;
 #[path = "command_line/folders.rs"]
 mod folders;
 #[path = "command_line/inputs.rs"]

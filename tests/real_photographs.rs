@@ -51,14 +51,18 @@ fn boards(folder: &Path) -> Vec<Board> {
 }
 
 /// The camera, from the photographs' own source.
-fn lens() -> Lens {
-    Lens::new(&Camera {
+fn camera() -> Camera {
+    Camera {
         width_px: 640,
         height_px: 480,
         focal_px: [514.41205, 685.92876],
         centre_px: [329.83671, 237.71471],
         distortion: Distortion { k1: -0.350373, k2: 0.158447, p1: 0.000735, p2: -0.000231, k3: 0.0 },
-    })
+    }
+}
+
+fn lens() -> Lens {
+    Lens::new(&camera())
 }
 
 /// RMS distance of points in a plane from their best line.
@@ -119,4 +123,24 @@ fn a_real_stripe_is_straight_and_its_points_lie_on_one_plane() {
     println!("all {} points: {rms_mm:.3} mm RMS off one plane, {distance_mm:.2} mm from the camera", all_mm.len());
     assert!(rms_mm < 0.27, "{rms_mm} mm");
     assert!((distance_mm - 39.0).abs() < 2.0, "{distance_mm} mm");
+}
+
+/// `ductloop calibrate --boards` finds the laser's plane in them.
+#[test]
+fn the_photographs_calibrate_the_lasers_plane() {
+    use ductloop::calibrate::boards::{Boards, Centres, Found};
+    use ductloop::calibrate::pictures::centres_of_image;
+    let Some(folder) = folder() else { return };
+    let boards = Boards::read(&folder.join("boards.csv")).expect("boards");
+    let mut centres = Centres::of(Vec::new(), &boards).expect("none so far");
+    for file in &boards.files {
+        let found = centres_of_image(&folder.join(file), &camera(), &boards, Channel::GreenExcess).expect("a stripe");
+        centres.extend(found, &boards);
+    }
+    let found = Found::fit(&camera(), boards, centres, "green").expect("a plane");
+    let (rms_mm, rms_px, used) = found.rms(None);
+    println!("plane {:.3} mm from the camera, {rms_mm:.3} mm RMS, {rms_px:.3} px, {used} centres", found.plane.offset_mm);
+    // What a simple centroid reached.
+    assert!(rms_mm < 0.27 && used > 1000, "{rms_mm} {used}");
+    assert!((found.plane.offset_mm - 39.0).abs() < 1.0, "{}", found.plane.offset_mm);
 }

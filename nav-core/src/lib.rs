@@ -11,10 +11,13 @@
 //! - [`navigator`]: all of these, once a frame;
 //! - [`wheel_controller`]: wheel speeds to motor duty, at its own rate.
 //!
+//! Beside the loop: [`calibration`], pixels of known position to the rig.
+//!
 //! Mathematics only: no clock, no files, no threads, no randomness. Time is an argument.
 #![forbid(unsafe_code)]
 
 pub mod angle;
+pub mod calibration;
 pub mod control;
 pub mod exposure;
 pub mod messages;

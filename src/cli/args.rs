@@ -47,6 +47,8 @@ pub(crate) enum Command {
     Schema,
     /// Measure what each part costs on this machine
     Bench(BenchArgs),
+    /// Find the sensor's geometry from pixels whose position is known
+    Calibrate(super::calibrate::CalibrateArgs),
     /// Find stripes, walls and the robot's place in picture files, photographs too
     Perceive(super::perceive::PerceiveArgs),
 }
@@ -223,7 +225,7 @@ impl Command {
             Self::Run(_) => Some(Self::RUNS),
             Self::Check(_) => Some(Self::SCENARIOS),
             Self::Perceive(_) => Some(super::perceive::PerceiveArgs::IMAGES),
-            Self::Render(_) | Self::Accuracy(_) | Self::Schema | Self::Bench(_) => None,
+            Self::Render(_) | Self::Accuracy(_) | Self::Calibrate(_) | Self::Schema | Self::Bench(_) => None,
         }
     }
 
@@ -235,6 +237,7 @@ impl Command {
             Self::Check(args) => args.json,
             Self::Accuracy(args) => args.json,
             Self::Bench(args) => args.json,
+            Self::Calibrate(args) => args.json,
             Self::Perceive(args) => args.json,
             Self::Schema => false,
         }

@@ -113,7 +113,7 @@ fn find(input: &Path) -> Result<Vec<PathBuf>, Problem> {
     Err(Problem::new(Problem::WRONG_INPUT, looked).about(about()).help(help))
 }
 
-/// Every scenario below a folder, in the order of their paths. Sweeps and studies are left alone, and so are hidden files and
+/// Every scenario below a folder, in the order of their paths. Sweeps, studies and gauges are left alone, and so are hidden files and
 /// folders, and below the folder that was named the folders of runs, whose scenarios stand elsewhere already. A file whose kind
 /// cannot be told is taken, so that what is wrong with it is said. `seen` holds the folders walked so far: links may go round in
 /// circles.
@@ -135,7 +135,7 @@ fn walk(folder: &Path, seen: &mut BTreeSet<PathBuf>, files: &mut Vec<PathBuf>) -
         } else if path.extension().is_some_and(|ending| ending == "toml")
             // Nothing but a file: a named pipe would be waited for.
             && (path.is_file() || !path.exists())
-            && !matches!(kind(&path), Some(FileKind::Sweep | FileKind::Study | FileKind::Accuracy))
+            && !matches!(kind(&path), Some(FileKind::Sweep | FileKind::Study | FileKind::Accuracy | FileKind::Gauge))
         {
             files.push(path);
         }

@@ -1,7 +1,7 @@
 //! The command line, a file a command.
 //!
 //! - `args`: what may be typed; - `inputs`: files, folders and names to scenarios, all checked before anything runs;
-//! - `destination`: where results go, checked likewise; - `run`, `render`, `check`, `accuracy`, `bench`: the commands;
+//! - `destination`: where results go, checked likewise; - `run`, `render`, `check`, `accuracy`, `calibrate`, `bench`: the commands;
 //! - `progress`, `verdict_table`: what they show while and after; - `rendering`: opening what renders;
 //! - `shot`, `truth_files`: what `render` shows and what it writes beside it; - `warnings`: what is hardly meant so;
 //! - `perceive`, `picture_files`, `regions`, `perceived`: picture files through the perception, and what is told of it;
@@ -14,6 +14,7 @@ mod accuracy;
 mod accuracy_table;
 mod args;
 mod bench;
+mod calibrate;
 mod check;
 mod destination;
 mod inputs;
@@ -54,6 +55,7 @@ pub(crate) fn main() -> u8 {
         Command::Check(args) => check::command(args),
         Command::Schema => streams::print_json(&ductloop::scenario::schema()).map(|()| 0),
         Command::Bench(args) => bench::command(args),
+        Command::Calibrate(args) => calibrate::command(args),
         Command::Perceive(args) => perceive::command(args),
     };
     result.unwrap_or_else(|problem| {

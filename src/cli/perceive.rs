@@ -84,7 +84,7 @@ pub(crate) enum PipelineChoice {
 }
 
 /// The channel of a word.
-fn channel(word: &str) -> Result<Channel, String> {
+pub(super) fn channel(word: &str) -> Result<Channel, String> {
     let words = || Channel::ALL.map(Channel::word).join(", ");
     Channel::ALL.into_iter().find(|channel| channel.word() == word).ok_or_else(|| format!("one of {}", words()))
 }

@@ -59,6 +59,8 @@ pub enum FileKind {
     Study,
     /// A grid of poses, each rendered and estimated, against the truth.
     Accuracy,
+    /// A calibration with a simulated block gauge.
+    Gauge,
 }
 
 impl FileKind {
@@ -70,6 +72,7 @@ impl FileKind {
             "sweep" => Some(Self::Sweep),
             "study" => Some(Self::Study),
             "accuracy" => Some(Self::Accuracy),
+            "gauge" => Some(Self::Gauge),
             _ => None,
         }
     }
