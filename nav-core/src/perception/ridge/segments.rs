@@ -20,6 +20,10 @@ pub(super) struct Segment {
 const BENT: f64 = 1.5;
 /// A line that leaves no more than this, in pixels, is straight.
 const STRAIGHT_PX: f64 = 0.35;
+/// A part that cannot be split further and leaves more than this, in pixels, is no line.
+const CROOKED_PX: f64 = 1.0;
+/// Share of its columns in which a line must have a centre.
+const LEAST_FILLED: f64 = 0.5;
 /// Huber's bound, in standard deviations.
 const HUBER: f64 = 1.5;
 /// A stripe's edge is never better known than this, in pixels: weights stay even.
@@ -48,10 +52,16 @@ pub(super) fn split(points: &[Point], min_points: usize, segments: &mut Vec<Segm
             let is_straight = line.residual_px <= STRAIGHT_PX.max(BENT * noise_px(part));
             match bend(part, min_points).filter(|_| !is_straight) {
                 Some(at) => todo.extend([[first + at, end], [first, first + at]]),
-                None => segments.push(line),
+                // Where stripes run into each other, or hardly a centre is left, there is no line, and centres on none are none.
+                None => segments.extend((line.residual_px <= CROOKED_PX && is_filled(part)).then_some(line)),
             }
         }
     }
+}
+
+fn is_filled(points: &[Point]) -> bool {
+    let columns = points.last().zip(points.first()).map_or(1, |(last, first)| last.x - first.x + 1);
+    points.len() as f64 >= LEAST_FILLED * columns as f64
 }
 
 /// Scatter of neighbours about each other, in pixels: what is left of it when the course is taken out.
@@ -143,6 +153,14 @@ mod tests {
         let kinked = lines(&points(|x| 30.0 + 0.3 * (x - 120.0).max(0.0)));
         assert_eq!(kinked.len(), 2, "{kinked:?}");
         assert!(kinked[0].points[1].abs_diff(120) <= 3 && kinked[0].points[1] == kinked[1].points[0], "{kinked:?}");
+    }
+
+    #[test]
+    fn crooked_and_sparse_chains_are_no_lines() {
+        assert_eq!(lines(&points(|x| 30.0 + 4.0 * (x / 7.0).fract())), []);
+        let mut sparse = points(|x| 30.0 + 0.25 * x);
+        sparse.retain(|p| p.x.is_multiple_of(3));
+        assert_eq!(lines(&sparse), []);
     }
 
     #[test]
