@@ -44,9 +44,9 @@ pub mod run_files;
 pub mod run_hash;
 pub mod scenario;
 mod single_run;
-pub mod stage_scores;
 #[cfg(feature = "cli")]
 pub mod stage_picture;
+pub mod stage_scores;
 #[cfg(feature = "cli")]
 pub mod truth_picture;
 pub mod viewpoint;

@@ -65,7 +65,7 @@ pub(crate) struct OverlayArgs {
     /// Feed every random stream from this seed, 0 to 9223372036854775807
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = seed)]
     pub(crate) seed: Option<u64>,
-    /// How images become errors: `paper`, or `truth` to steer by the true errors
+    /// How images become errors: `robust`, `paper`, or `truth` to steer by the true errors
     #[arg(long, value_name = "PIPELINE")]
     pub(crate) perception: Option<String>,
 }

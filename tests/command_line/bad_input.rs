@@ -56,10 +56,10 @@ fn arguments_are_named() {
         let args: Vec<_> = ["run", "short.toml", "--json"].iter().chain(args).copied().collect();
         error(&refused(&workshop, &args))
     };
-    let robust = said(&["--perception", "robust"]);
-    assert_eq!(robust["file"], "--perception robust");
-    assert!(robust["message"].as_str().expect("words").contains("not in this version"), "{robust}");
-    assert!(robust["help"].as_str().expect("words").contains("\"paper\", \"truth\""), "{robust}");
+    let unknown = said(&["--perception", "robots"]);
+    assert_eq!(unknown["file"], "--perception robots");
+    assert!(unknown["message"].as_str().expect("words").contains("does not know \"robots\""), "{unknown}");
+    assert!(unknown["help"].as_str().expect("words").contains("\"robust\", \"paper\", \"truth\""), "{unknown}");
 
     let set = said(&["--set", "duct.run[3].straight_m=1"]);
     assert_eq!((&set["file"], &set["line"], &set["column"]), (&json!("--set duct.run[3].straight_m=1"), &json!(1), &json!(9)));

@@ -52,8 +52,6 @@ time_limit_s = 60.0
 width_m = 0.5
 height_m = 0.3
 run = [{{ straight_m = {length_m:?} }}]
-[perception]
-pipeline = "paper"
 [pass]
 completed = true
 collisions = 0

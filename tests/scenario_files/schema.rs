@@ -136,7 +136,7 @@ fn it_rejects_what_the_reader_rejects() {
         ("an unknown table", format!("{LEAST}[sensr]\n")),
         ("a wrong type", LEAST.replace("0.5", "\"0.5\"")),
         ("a bound", LEAST.replace("0.5", "-0.5")),
-        ("a word", format!("{LEAST}[perception]\npipeline = \"robust\"\n")),
+        ("a word", format!("{LEAST}[perception]\npipeline = \"robots\"\n")),
         ("a name", LEAST.replace("\"least\"", "\"the least\"")),
         ("two kinds of fitting", LEAST.replace(" }]", ", elbow_deg = 90 }]")),
         ("no kind of fitting", LEAST.replace("straight_m = 6.0", "")),

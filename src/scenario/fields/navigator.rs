@@ -17,7 +17,10 @@ pub(super) const FIELDS: &[Field] = &[
         |s, word| s.perception.pipeline = Pipeline::of(word).unwrap_or(Pipeline::Robust),
     )
     .default("\"robust\"")
-    .about("\"paper\" is the paper's chain, \"truth\" steers by the true errors, to tell what perception costs."),
+    .about(
+        "\"robust\" tells walls with their deviations and what does not belong to them, \"paper\" is the paper's chain, \"truth\" \
+         steers by the true errors, to tell what perception costs.",
+    ),
     Field::word("control.law", &["koh-cho"], |s| s.control.law.word(), |s, _| s.control.law = Law::KohCho)
         .default("\"koh-cho\"")
         .about("The path-tracking law: Koh and Cho's."),
