@@ -57,11 +57,11 @@ fn a_rendered_frame_shows_its_walls() {
     assert_eq!(keys(image)[..10], agreed);
     assert_eq!(keys(&image["centres"][0]), ["u_px", "v_px", "sigma_px", "laser", "wall"]);
     assert_eq!(keys(&image["planes"][0])[..4], ["wall", "normal_in_camera", "distance_m", "sigma_m"]);
-    assert_eq!((&image["file"], &image["pipeline"]), (&json!("frame.png"), &json!("paper")));
-    // What `render` says was the case. An error of these sizes is three times that of the paper's chain.
+    assert_eq!((&image["file"], &image["pipeline"]), (&json!("frame.png"), &json!("robust")));
+    // What `render` says was the case. An error of these sizes is three times the pipeline's.
     let truth: Value = serde_json::from_str(&workshop.read("frame.json")).expect("a document");
     let apart = |key: &str| (image[key].as_f64().expect(key) - truth["truth"][key].as_f64().expect(key)).abs();
-    assert!(apart("lateral_m") < 1e-3 && apart("heading_rad") < 2e-3, "{image:#}");
+    assert!(apart("lateral_m") < 5e-4 && apart("heading_rad") < 1e-3, "{image:#}");
     assert!(image["perceive_ms"].as_f64().is_some_and(|ms| ms > 0.0));
     let lasers: Vec<_> = image["centres"].as_array().expect("centres").iter().filter_map(|c| c["laser"].as_str()).collect();
     assert!(lasers.contains(&"low") && lasers.contains(&"high"));

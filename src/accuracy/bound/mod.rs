@@ -24,7 +24,8 @@ use light::Light;
 /// Least standard deviations that any unbiased reading of a frame can have; `None` where nothing of it shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bounds {
-    /// Of each side wall, left and right, from its own columns alone.
+    /// Of each side wall, left and right: from its own columns, and, where both count, from those of the other, since parallel walls share
+    /// the heading that carries a distance from where the stripes lie to the base.
     pub walls: [Option<WallBound>; 2],
     /// Heading, in radians: walls that count, taken as parallel.
     pub heading_rad: Option<f64>,
@@ -57,9 +58,17 @@ impl Bounds {
             let covariance = inverse2(&block(side))?;
             Some(WallBound { distance_m: covariance.m11.sqrt(), heading_rad: covariance.m22.sqrt() })
         };
-        let walls = [wall(0), wall(1)];
+        let mut walls = [wall(0), wall(1)];
         let (lateral_m, heading_rad) = match counts {
-            [true, true] => both(information),
+            [true, true] => match both(information) {
+                Some(covariance) => {
+                    let [heading_rad, left_m, right_m] = [0, 1, 2].map(|i| covariance[(i, i)].sqrt());
+                    walls = [left_m, right_m].map(|distance_m| Some(WallBound { distance_m, heading_rad }));
+                    let lateral = Vector3::new(0.0, -0.5, 0.5);
+                    (Some(lateral.dot(&(covariance * lateral)).sqrt()), Some(heading_rad))
+                }
+                None => (None, None),
+            },
             [true, false] => (walls[0].map(|wall| wall.distance_m), walls[0].map(|wall| wall.heading_rad)),
             [false, true] => (walls[1].map(|wall| wall.distance_m), walls[1].map(|wall| wall.heading_rad)),
             [false, false] => (None, None),
@@ -68,16 +77,14 @@ impl Bounds {
     }
 }
 
-/// Lateral offset and heading from both walls: one heading, two distances.
-fn both(information: &WallsInformation) -> (Option<f64>, Option<f64>) {
+/// Covariance of (heading, distance left, distance right) from both walls.
+fn both(information: &WallsInformation) -> Option<Matrix3<f64>> {
     // (distance, heading) left and right by (heading, distance left, distance right).
     let mut by = Matrix4x3::zeros();
     (by[(0, 1)], by[(1, 0)], by[(2, 2)], by[(3, 0)]) = (1.0, 1.0, 1.0, 1.0);
     let joint: Matrix3<f64> = by.transpose() * information * by;
     // Radians and metres weigh alike enough for an inverse in doubles.
-    let Some(covariance) = joint.try_inverse() else { return (None, None) };
-    let lateral = Vector3::new(0.0, -0.5, 0.5);
-    (Some(lateral.dot(&(covariance * lateral)).sqrt()), Some(covariance.m11.sqrt()))
+    joint.try_inverse()
 }
 
 fn inverse2(information: &Matrix2<f64>) -> Option<Matrix2<f64>> {

@@ -26,6 +26,9 @@ pub(super) const FIELDS: &[Field] = &[
         .unit("DN")
         .default("8.0")
         .about("Black level as the navigator knows it."),
+    Field::number("perception.robust.fan_edge", 0.01, 1.0, |s| &mut s.perception.robust.fan_edge)
+        .default("0.8")
+        .about("Light at the ends of a laser's fan as a share of that in its middle, as the navigator knows it."),
     Field::number("perception.robust.speckle_contrast", 0.0, 1.0, |s| &mut s.perception.robust.speckle_contrast)
         .default("0.12")
         .about("Contrast of the lasers' speckle in a pixel as the navigator knows it."),

@@ -74,17 +74,18 @@ pub(super) struct Fitted {
 }
 
 /// Longest column that is fitted, in pixels.
-const LONGEST: usize = 320;
+pub(super) const LONGEST: usize = 320;
 /// How much of the column is taken: so many standard deviations and pixels on either side of the middle.
 const REACH: [f64; 2] = [3.2, 3.0];
 /// Share of the amplitude by which real light departs from a Gaussian: keeps bright stripes from being found unlike one.
 const SHAPE_ERROR: f64 = 0.015;
 /// Steps of the search at most, and the step, in standard deviations of the light, after which another would not count: what is
-/// left is of its square.
+/// left is of its third power.
 const STEPS: usize = 3;
-const NEAR: f64 = 0.03;
+const NEAR: f64 = 0.08;
 
-/// Fits column `x` about row `guess_px`; `amplitude` is what the stripe's height is taken for in the variances, in DN. `None` where
+/// Fits column `x` about row `guess_px`; `amplitude` is what the stripe's height is taken for in the variances, in DN; `values` is room
+/// to work in. `None` where
 /// the image ends, too much is saturated, or nothing like a stripe is there.
 pub(super) fn fit(
     view: &View<'_>,
@@ -94,6 +95,7 @@ pub(super) fn fit(
     amplitude: f64,
     slope: Option<Slope>,
     noise: &Noise,
+    values: &mut Vec<f64>,
 ) -> Option<Fitted> {
     let reach = REACH[0] * sigma_px + REACH[1];
     let (from, to) = ((guess_px - reach).ceil(), (guess_px + reach).floor() + 1.0);
@@ -104,14 +106,13 @@ pub(super) fn fit(
         return None;
     }
     let (from, to) = (from.max(0.0) as usize, to.min(rows) as usize);
-    let mut values = [0.0; LONGEST];
     let (mut least, mut full) = (f64::INFINITY, 0);
-    view.column(x, from, to, |y, value| {
-        values[y - from] = value;
+    values.clear();
+    view.column(x, from, to, |_, value| {
+        values.push(value);
         least = least.min(value);
         full += usize::from(value >= view.full);
     });
-    let values = &values[..to - from];
     if 3 * full > values.len() {
         return None;
     }
@@ -316,7 +317,7 @@ mod tests {
                     let pixels: Vec<u16> = (0..20 * 80).map(|i| value(i / 20)).collect();
                     let frame = Frame::grey16(20, 80, &pixels, 4095);
                     let view = View::new(&frame, Across::V);
-                    let found = fit(&view, 10, centre + 0.3, sigma, 3000.0, None, &NOISE)
+                    let found = fit(&view, 10, centre + 0.1 * sigma, sigma, 3000.0, None, &NOISE, &mut Vec::new())
                         .unwrap_or_else(|| panic!("no stripe at {centre}, sigma {sigma}"));
                     assert!((found.y_px - centre).abs() < allowed_px, "{} for {centre}, sigma {sigma}", found.y_px);
                     assert!(found.sigma_px > 0.0 && found.sigma_px < 0.05, "{found:?}");
@@ -351,7 +352,8 @@ mod tests {
             }
             let tall: Vec<u16> = pixels.iter().flat_map(|value| [*value; 16]).collect();
             let frame = Frame::grey16(16, 40, &tall, 255);
-            let found = fit(&View::new(&frame, Across::V), 3, centre, sigma, amplitude, None, &noise).expect("a stripe");
+            let found =
+                fit(&View::new(&frame, Across::V), 3, centre, sigma, amplitude, None, &noise, &mut Vec::new()).expect("a stripe");
             let off = found.y_px - centre;
             squares += off * off;
             sum += off;

@@ -143,14 +143,15 @@ fn parallel(left: &Side, right: &Side) -> Option<(Vector3<f64>, Matrix3<f64>, f6
     Some((found, covariance, off.dot(&(weight * off))))
 }
 
-/// Headings that differ by more than three standard deviations are not those of parallel walls.
-const PARALLEL_CHI2: f64 = 9.0;
+/// Headings that differ by more than five standard deviations are not those of parallel walls.
+const PARALLEL_CHI2: f64 = 25.0;
 
 /// Each wall with what the other says of the heading, where they are parallel: a wall's distance is measured at the base, its stripes
 /// lie ahead, and the heading carries the one to the other.
 fn together(left: &Side, right: &Side) -> (Option<Side>, Option<Side>) {
     match parallel(left, right) {
         Some((found, covariance, chi2)) if chi2 < PARALLEL_CHI2 => {
+            let covariance = covariance * chi2.max(1.0);
             let side = |i: usize, alone: &Side| Side {
                 distance_m: found[i],
                 heading_rad: found[2],

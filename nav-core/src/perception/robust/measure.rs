@@ -60,6 +60,8 @@ const MOST_CHI2: f64 = 4.0;
 const GATE: [f64; 2] = [1.2, 0.35];
 /// Columns for which a stripe is predicted anew.
 const NODE_EVERY: usize = 8;
+/// Share of a centre's distance from where it was sought that the next search begins farther on.
+const DRIFT_GAIN: f64 = 0.3;
 /// Columns for which a bias is worked out anew.
 const BIAS_EVERY: usize = 8;
 /// Centres farther than this off the stripe's own line, in robust standard deviations, do not belong to it.
@@ -80,6 +82,7 @@ pub(super) fn stripe(
     [from, to]: [usize; 2],
     neighbours: &[Neighbour],
     noise: &Noise,
+    room: &mut Vec<f64>,
     points: &mut Vec<Point>,
 ) {
     let first = points.len();
@@ -88,6 +91,8 @@ pub(super) fn stripe(
     let mut bias = (usize::MAX, [0.0; 2]);
     let mut misses = 0;
     let mut slope = None;
+    // How far the stripe runs off the proposed wall's: the search begins there.
+    let mut drift_px = 0.0;
     let mut nodes: (usize, Option<[StripePoint; 2]>) = (usize::MAX, None);
     for x in from..to {
         // Predicted every few columns, in between on straight lines.
@@ -115,11 +120,12 @@ pub(super) fn stripe(
                 && found.chi2 <= MOST_CHI2
                 && (found.y_px - stripe.y_px).abs() <= GATE[0] + GATE[1] * sigma
         };
-        let Some(found) = centre::fit(view, x, stripe.y_px, sigma, height, slope, noise).filter(good) else {
+        let Some(found) = centre::fit(view, x, stripe.y_px + drift_px, sigma, height, slope, noise, room).filter(good) else {
             misses += 1;
             continue;
         };
         slope = Some(found.slope);
+        drift_px += DRIFT_GAIN * (found.y_px - stripe.y_px - drift_px);
         // The height goes into the variances: smoothed, so that a column's own noise does not choose its weights.
         amplitude = Some(amplitude.map_or(found.amplitude, |before| before + 0.2 * (found.amplitude - before)));
         if bias.0 != x / BIAS_EVERY {

@@ -52,6 +52,9 @@ pub struct RobustParams {
     pub read_noise_e: f64,
     /// Grey value of black, in DN of 8 bits.
     pub black_dn: f64,
+    /// Light at the ends of a laser's fan as a share of that in its middle, between which it falls as the square of the angle's
+    /// exponential (a Powell lens).
+    pub fan_edge: f64,
     /// Contrast of the lasers' speckle in a pixel.
     pub speckle_contrast: f64,
     /// Least and greatest depth at which stripes are sought, in metres.
@@ -78,6 +81,7 @@ impl Default for RobustParams {
             full_well_e: 30_000.0,
             read_noise_e: 15.0,
             black_dn: 8.0,
+            fan_edge: 0.8,
             speckle_contrast: 0.12,
             range_m: [0.08, 4.0],
             max_heading_rad: 35.0_f64.to_radians(),
@@ -93,7 +97,7 @@ impl Default for RobustParams {
 /// Variance of rounding to whole grey values (EMVA 1288).
 const QUANTISATION_VARIANCE: f64 = 1.0 / 12.0;
 /// Columns beyond the segments of a wall that its stripes are followed.
-const BEYOND_COLUMNS: usize = 24;
+const BEYOND_COLUMNS: usize = 64;
 /// The floor is below the camera by its height, up to tyres and dust: standard deviation, in metres.
 const FLOOR_SIGMA_M: f64 = 0.002;
 /// A plane's stripes disagree beyond this chi-square (of their common errors and the lean): then they are not one wall's.
@@ -112,6 +116,7 @@ pub struct RobustPerception {
     segments: Vec<Segment>,
     proposals: Vec<Proposal>,
     neighbours: Vec<Neighbour>,
+    column: Vec<f64>,
     points: Vec<Point>,
     walls: Vec<(Wall, Plane)>,
     centres: Vec<StripeCentre>,
@@ -122,7 +127,7 @@ pub struct RobustPerception {
 impl RobustPerception {
     /// A pipeline for the nominal rig.
     pub fn new(rig: Rig, params: RobustParams) -> Self {
-        let projector = Projector::new(&rig, params.psf_sigma_px);
+        let projector = Projector::new(&rig, params.psf_sigma_px, params.fan_edge);
         let columns = projector.size[0];
         let most_points = columns * MOST_LASERS;
         Self {
@@ -133,6 +138,7 @@ impl RobustPerception {
             segments: Vec::with_capacity(chain::MOST_SEGMENTS),
             proposals: Vec::with_capacity(Wall::ALL.len() + 2),
             neighbours: Vec::with_capacity(chain::MOST_SEGMENTS + Wall::ALL.len() * MOST_LASERS),
+            column: Vec::with_capacity(centre::LONGEST),
             points: Vec::with_capacity(most_points),
             walls: Vec::with_capacity(Wall::ALL.len()),
             centres: Vec::with_capacity(most_points * Wall::ALL.len()),
@@ -172,7 +178,17 @@ impl RobustPerception {
         let columns = [from.saturating_sub(BEYOND_COLUMNS), (to + BEYOND_COLUMNS).min(self.projector.size[0])];
         for laser in 0..self.projector.lasers.len().min(MOST_LASERS) {
             self.gather_neighbours(index, laser, columns);
-            measure::stripe(view, &self.projector, &proposal.m, laser, columns, &self.neighbours, noise, &mut self.points);
+            measure::stripe(
+                view,
+                &self.projector,
+                &proposal.m,
+                laser,
+                columns,
+                &self.neighbours,
+                noise,
+                &mut self.column,
+                &mut self.points,
+            );
         }
         if self.points.len() < self.params.min_centres {
             return None;

@@ -22,6 +22,8 @@ pub(super) struct Projector {
     pub(super) lens: Lens,
     pub(super) lasers: Vec<Light>,
     line: LineWidth,
+    /// Logarithm of the light at the fan's ends over that in its middle.
+    log_edge: f64,
     /// Variance of what the lens and the pixel spread, in px^2.
     blur_px2: f64,
     /// Columns and rows in scan coordinates.
@@ -35,8 +37,10 @@ pub(super) struct Light {
     pub(super) inverse_plane: Vector3<f64>,
     offset_m: f64,
     source: Point3<f64>,
-    /// Middle of the fan.
+    /// Middle of the fan, and the direction of the plane square to it.
     middle: Vector3<f64>,
+    sideways: Vector3<f64>,
+    half_fan_rad: f64,
     cos_half_fan: f64,
 }
 
@@ -72,6 +76,8 @@ impl Light {
             offset_m: laser.offset_m,
             source: laser.source_in_camera,
             middle,
+            sideways: normal.cross(&middle),
+            half_fan_rad: laser.fan_rad / 2.0,
             cos_half_fan: libm::cos((laser.fan_rad / 2.0 + FAN_SLACK_RAD).min(std::f64::consts::PI)),
         }
     }
@@ -84,7 +90,7 @@ impl Light {
 }
 
 impl Projector {
-    pub(super) fn new(rig: &Rig, psf_sigma_px: f64) -> Self {
+    pub(super) fn new(rig: &Rig, psf_sigma_px: f64, fan_edge: f64) -> Self {
         let across = Across::of(rig);
         let (width, height) = (rig.camera.width_px, rig.camera.height_px);
         Self {
@@ -92,6 +98,7 @@ impl Projector {
             lens: Lens::new(&rig.camera),
             lasers: rig.lasers.iter().map(Light::new).collect(),
             line: rig.line,
+            log_edge: libm::log(fan_edge),
             blur_px2: psf_sigma_px * psf_sigma_px + PIXEL_VARIANCE,
             size: match across {
                 Across::V => [width, height],
@@ -194,8 +201,8 @@ impl Projector {
 
 impl Projector {
     /// Logarithm of the light of laser `laser` on the matt wall m . p = 1 that scan coordinates (x, y) see, up to a constant: falling
-    /// off with the distance along the fan and with its width across (both spread the light), with the cosine of incidence, with the
-    /// fourth power of the cosine of the view, and as a Gaussian across the laser's plane.
+    /// off with the distance along the fan and with its width across (both spread the light), toward the fan's ends, with the cosine of
+    /// incidence, with the fourth power of the cosine of the view, and as a Gaussian across the laser's plane.
     pub(super) fn log_light(&self, laser: usize, m: &Vector3<f64>, x: f64, y: f64) -> f64 {
         let light = &self.lasers[laser];
         let ray = self.ray(x, y);
@@ -205,6 +212,9 @@ impl Projector {
         let width = self.line.at(distance);
         let off = light.offset_m * (light.inverse_plane.dot(&point.coords) - 1.0) * FWHM_PER_SIGMA / width;
         let incidence = (m.dot(&way) / distance).abs();
-        libm::log(incidence / (distance * width)) - 2.0 * libm::log(ray.norm_squared()) - off * off / 2.0
+        let angle = libm::atan2(way.dot(&light.sideways), way.dot(&light.middle)) / light.half_fan_rad;
+        libm::log(incidence / (distance * width)) + self.log_edge * angle * angle
+            - 2.0 * libm::log(ray.norm_squared())
+            - off * off / 2.0
     }
 }
