@@ -53,6 +53,19 @@ impl Slope {
     }
 }
 
+/// What is looked for in a column.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Expected {
+    /// Its row.
+    pub(super) y_px: f64,
+    /// Standard deviation of its light down the column, in pixels.
+    pub(super) sigma_px: f64,
+    /// What its height is taken for in the variances, in DN.
+    pub(super) amplitude: f64,
+    /// What is known of the background's slope.
+    pub(super) slope: Option<Slope>,
+}
+
 /// A fitted column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Fitted {
@@ -84,19 +97,9 @@ const SHAPE_ERROR: f64 = 0.015;
 const STEPS: usize = 3;
 const NEAR: f64 = 0.08;
 
-/// Fits column `x` about row `guess_px`; `amplitude` is what the stripe's height is taken for in the variances, in DN; `values` is room
-/// to work in. `None` where
-/// the image ends, too much is saturated, or nothing like a stripe is there.
-pub(super) fn fit(
-    view: &View<'_>,
-    x: usize,
-    guess_px: f64,
-    sigma_px: f64,
-    amplitude: f64,
-    slope: Option<Slope>,
-    noise: &Noise,
-    values: &mut Vec<f64>,
-) -> Option<Fitted> {
+/// Fits column `x`; `values` is room to work in. `None` where the image ends, too much is saturated, or nothing like a stripe is there.
+pub(super) fn fit(view: &View<'_>, x: usize, expected: &Expected, noise: &Noise, values: &mut Vec<f64>) -> Option<Fitted> {
+    let Expected { y_px: guess_px, sigma_px, amplitude, slope } = *expected;
     let reach = REACH[0] * sigma_px + REACH[1];
     let (from, to) = ((guess_px - reach).ceil(), (guess_px + reach).floor() + 1.0);
     // The image may end within the window, if the middle and more is in it.
@@ -303,6 +306,10 @@ mod tests {
 
     const NOISE: Noise = Noise { floor: 1.0 / 12.0 + 0.015, gain: 247.0 / 30_000.0, black: 8.0, speckle: 0.0 };
 
+    fn expected(y_px: f64, sigma_px: f64, amplitude: f64) -> Expected {
+        Expected { y_px, sigma_px, amplitude, slope: None }
+    }
+
     /// A column of 12 bits, so that rounding is a hundredth of a pixel's own: the middle comes out wherever it is, on a slope, near the
     /// image's edge, with full pixels left out. Where the top is hidden, two or three steps leave a little more.
     #[test]
@@ -317,7 +324,7 @@ mod tests {
                     let pixels: Vec<u16> = (0..20 * 80).map(|i| value(i / 20)).collect();
                     let frame = Frame::grey16(20, 80, &pixels, 4095);
                     let view = View::new(&frame, Across::V);
-                    let found = fit(&view, 10, centre + 0.1 * sigma, sigma, 3000.0, None, &NOISE, &mut Vec::new())
+                    let found = fit(&view, 10, &expected(centre + 0.1 * sigma, sigma, 3000.0), &NOISE, &mut Vec::new())
                         .unwrap_or_else(|| panic!("no stripe at {centre}, sigma {sigma}"));
                     assert!((found.y_px - centre).abs() < allowed_px, "{} for {centre}, sigma {sigma}", found.y_px);
                     assert!(found.sigma_px > 0.0 && found.sigma_px < 0.05, "{found:?}");
@@ -341,7 +348,7 @@ mod tests {
         };
         let (mut squares, mut stated, mut sum) = (0.0, 0.0, 0.0);
         const COLUMNS: usize = 4000;
-        let mut pixels = vec![0u16; 40];
+        let mut pixels = [0u16; 40];
         for i in 0..COLUMNS {
             let centre = 20.0 + (i % 10) as f64 / 10.0;
             for (y, pixel) in pixels.iter_mut().enumerate() {
@@ -352,8 +359,8 @@ mod tests {
             }
             let tall: Vec<u16> = pixels.iter().flat_map(|value| [*value; 16]).collect();
             let frame = Frame::grey16(16, 40, &tall, 255);
-            let found =
-                fit(&View::new(&frame, Across::V), 3, centre, sigma, amplitude, None, &noise, &mut Vec::new()).expect("a stripe");
+            let found = fit(&View::new(&frame, Across::V), 3, &expected(centre, sigma, amplitude), &noise, &mut Vec::new())
+                .expect("a stripe");
             let off = found.y_px - centre;
             squares += off * off;
             sum += off;

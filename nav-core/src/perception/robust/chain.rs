@@ -34,6 +34,8 @@ struct Track {
     block: f64,
     y_px: f64,
     slope: f64,
+    /// Thickness of its last ridge (standard deviation), in pixels.
+    sigma_px: f64,
     blocks: u32,
 }
 
@@ -65,6 +67,9 @@ const FIRST_STEP_PX: f64 = 4.5;
 const GATE_PX: [f64; 2] = [1.2, 0.25];
 /// A point farther than this off its chord cuts it, in pixels.
 const KINK_PX: f64 = 0.9;
+/// Both grow with the stripe's thickness: uneven light moves the middle of a thick one by as large a share of it.
+const GATE_SHARE: f64 = 0.2;
+const KINK_SHARE: f64 = 0.35;
 
 impl Default for Chains {
     fn default() -> Self {
@@ -120,7 +125,11 @@ impl Chains {
         for track in &mut self.growing {
             let gap = block - track.block;
             let expected = track.y_px + track.slope * gap;
-            let gate = if track.blocks == 1 { FIRST_STEP_PX * gap.min(2.0) } else { GATE_PX[0] + GATE_PX[1] * gap };
+            let gate = if track.blocks == 1 {
+                FIRST_STEP_PX * gap.min(2.0)
+            } else {
+                GATE_PX[0] + GATE_PX[1] * gap + GATE_SHARE * track.sigma_px
+            };
             let mut nearest: Option<(usize, f64)> = None;
             for (j, i) in here.clone().enumerate().take(64) {
                 let off = ridges[i].y_px - expected;
@@ -137,11 +146,18 @@ impl Chains {
             } else {
                 (track.slope + BETA * off / gap, expected + ALPHA * off)
             };
-            *track = Track { last: i as u32, block, y_px, slope, blocks: track.blocks + 1 };
+            *track = Track { last: i as u32, block, y_px, slope, sigma_px: ridges[i].sigma_px, blocks: track.blocks + 1 };
         }
         for (j, i) in here.enumerate().take(64) {
             if taken >> j & 1 == 0 && self.growing.len() < MOST_GROWING {
-                self.growing.push(Track { last: i as u32, block, y_px: ridges[i].y_px, slope: 0.0, blocks: 1 });
+                self.growing.push(Track {
+                    last: i as u32,
+                    block,
+                    y_px: ridges[i].y_px,
+                    slope: 0.0,
+                    sigma_px: ridges[i].sigma_px,
+                    blocks: 1,
+                });
             }
         }
     }
@@ -191,7 +207,8 @@ fn farthest(members: &[u32], ridges: &[Ridge]) -> Option<usize> {
     let ([x0, y0], [x1, y1]) = (mean(0), mean(members.len() - few));
     let slope = (y1 - y0) / (x1 - x0).max(1.0);
     let off = |i: usize| point(i)[1] - y0 - slope * (point(i)[0] - x0);
-    let mut worst = (0, KINK_PX);
+    let sigma_px = members.iter().map(|i| ridges[*i as usize].sigma_px).sum::<f64>() / members.len() as f64;
+    let mut worst = (0, KINK_PX.max(KINK_SHARE * sigma_px));
     for i in few..members.len() - few {
         let smooth = (off(i - 1) + off(i) + off(i + 1)).abs() / 3.0;
         if smooth > worst.1 {

@@ -1,6 +1,6 @@
 //! A wall's stripe measured column by column, and cleaned of what does not belong to it.
 
-use super::centre::{self, Fitted, Noise};
+use super::centre::{self, Expected, Fitted, Noise};
 use super::chain::Segment;
 use super::stripe::{Projector, StripePoint};
 use super::view::View;
@@ -115,12 +115,13 @@ pub(super) fn stripe(
             continue;
         }
         let height = amplitude.unwrap_or_else(|| standing(view, x, &stripe));
+        let sought = Expected { y_px: stripe.y_px + drift_px, sigma_px: sigma, amplitude: height, slope };
         let good = |found: &Fitted| {
             found.amplitude >= LEAST_SNR * found.amplitude_sigma
                 && found.chi2 <= MOST_CHI2
                 && (found.y_px - stripe.y_px).abs() <= GATE[0] + GATE[1] * sigma
         };
-        let Some(found) = centre::fit(view, x, stripe.y_px + drift_px, sigma, height, slope, noise, room).filter(good) else {
+        let Some(found) = centre::fit(view, x, &sought, noise, room).filter(good) else {
             misses += 1;
             continue;
         };

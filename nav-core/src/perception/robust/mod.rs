@@ -100,6 +100,8 @@ const QUANTISATION_VARIANCE: f64 = 1.0 / 12.0;
 const BEYOND_COLUMNS: usize = 64;
 /// The floor is below the camera by its height, up to tyres and dust: standard deviation, in metres.
 const FLOOR_SIGMA_M: f64 = 0.002;
+/// Fewest centres of a second stripe that bear a wall out.
+const FEWEST_OF_A_STRIPE: usize = 12;
 /// A plane's stripes disagree beyond this chi-square (of their common errors and the lean): then they are not one wall's.
 const MOST_DISAGREEMENT: f64 = 25.0;
 
@@ -190,7 +192,7 @@ impl RobustPerception {
                 &mut self.points,
             );
         }
-        if self.points.len() < self.params.min_centres {
+        if self.points.len() < self.params.min_centres || !self.is_agreed(&proposal) {
             return None;
         }
         let RobustParams { lean_rad, offset_px, offset_share, .. } = self.params;
@@ -201,6 +203,14 @@ impl RobustPerception {
         }
         self.show(proposal.wall, &plane);
         Some((proposal.wall, plane))
+    }
+
+    /// Whether the centres of two lasers bear an upright wall out, where it was believed on two.
+    fn is_agreed(&self, proposal: &Proposal) -> bool {
+        let level = matches!(proposal.wall, Wall::Floor | Wall::Ceiling);
+        let lasers = 0..self.projector.lasers.len();
+        let shown = lasers.filter(|laser| self.points.iter().filter(|point| point.laser == *laser).count() >= FEWEST_OF_A_STRIPE);
+        level || proposal.lone || shown.count() >= 2
     }
 
     /// Where other stripes are than that of `laser` on the wall of proposal `index`.

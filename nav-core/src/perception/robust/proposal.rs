@@ -9,7 +9,7 @@ use nalgebra::{Matrix2, Matrix2x3, Point3, Vector2, Vector3};
 
 use super::super::Wall;
 use super::chain::Segment;
-use super::stripe::Projector;
+use super::stripe::{Projector, StripePoint};
 use crate::rig::Transform;
 
 /// Limits of what a wall can be.
@@ -42,6 +42,8 @@ pub(super) struct Proposal {
     pub(super) support: [usize; MOST_LASERS],
     /// Bits of the segments that agree.
     pub(super) segments: u64,
+    /// Whether one laser's stripe alone is enough for it.
+    pub(super) lone: bool,
     /// Mean square of the logarithm of their thickness over the expected one.
     thickness: f64,
     /// The nearest and the farthest of what they show of this wall, in the camera frame: what a wall ahead would hide.
@@ -73,6 +75,8 @@ const LINE_SIGMA_PX: f64 = 0.2;
 const AGREE_CHI2: f64 = 25.0;
 /// A segment belongs to a wall if both its ends lie this near the stripe that the wall would show, in pixels.
 const NEAR_PX: f64 = 1.5;
+/// Both grow with the stripe's thickness, by this share of its standard deviation.
+const THICK_SHARE: f64 = 0.1;
 /// How far a stripe may be thicker or thinner than expected, as a factor.
 const THICKNESS_FACTOR: f64 = 1.7;
 /// Standard deviation of the logarithm of a segment's thickness over the expected one.
@@ -217,7 +221,7 @@ impl Proposer {
                     && segments[other.segment].blocks >= LONE_BLOCKS / 2
             });
             if !contradicted && found.segments != 0 && best.is_none_or(|b| total(&b) < total(&found)) {
-                best = Some(found);
+                best = Some(Proposal { lone: true, ..found });
             }
         }
         best
@@ -264,7 +268,8 @@ fn read(
     limits: &Limits,
 ) -> Option<Reading> {
     let inverse_plane = projector.lasers[laser].inverse_plane;
-    let variance = POINT_SIGMA_PX * POINT_SIGMA_PX * 2.0 / segment.blocks as f64 + LINE_SIGMA_PX * LINE_SIGMA_PX;
+    let thick = THICK_SHARE * segment.sigma_px;
+    let variance = POINT_SIGMA_PX * POINT_SIGMA_PX * 2.0 / segment.blocks as f64 + LINE_SIGMA_PX * LINE_SIGMA_PX + thick * thick;
     let level = Matrix2x3::from_rows(&[upright.level[0].transpose(), upright.level[1].transpose()]);
     let (mut information, mut right, mut rest) = (Matrix2::zeros(), Vector2::zeros(), 0.0);
     for ray in &segment.rays {
@@ -325,12 +330,13 @@ fn level(
     if wall == Wall::Floor && (-1.0 / height - upright.height_m).abs() > 2.0 * BELOW_FLOOR_M {
         return None;
     }
-    let near = segment.ends.iter().all(|end| near(end, laser, &m, projector, 1.0));
+    let near = segment.ends.iter().all(|end| near(end, laser, &m, projector));
     (near && fits(segment, laser, &m, projector, upright).is_some()).then_some((wall, m))
 }
 
-fn near([x, y]: &[f64; 2], laser: usize, m: &Vector3<f64>, projector: &Projector, share: f64) -> bool {
-    projector.stripe(laser, m, *x, *y).is_some_and(|stripe| (stripe.y_px - y).abs() <= share * NEAR_PX)
+fn near([x, y]: &[f64; 2], laser: usize, m: &Vector3<f64>, projector: &Projector) -> bool {
+    let within = |stripe: StripePoint| (stripe.y_px - y).abs() <= NEAR_PX + THICK_SHARE * stripe.sigma_px;
+    projector.stripe(laser, m, *x, *y).is_some_and(within)
 }
 
 /// Whether a segment can be the stripe of this laser on this wall: lit, above the floor, as thick as that. The logarithm of its
@@ -355,11 +361,12 @@ fn fits(segment: &Segment, laser: usize, m: &Vector3<f64>, projector: &Projector
 
 /// All segments that lie on a wall.
 fn gather(wall: Wall, m: Vector3<f64>, segments: &[Segment], taken: u64, projector: &Projector, upright: &Upright) -> Proposal {
-    let mut proposal = Proposal { wall, m, support: [0; MOST_LASERS], segments: 0, thickness: 0.0, reach: [Vector3::zeros(); 2] };
+    let mut proposal =
+        Proposal { wall, m, support: [0; MOST_LASERS], segments: 0, lone: false, thickness: 0.0, reach: [Vector3::zeros(); 2] };
     let mut range = [0.0, f64::INFINITY];
     for (index, segment) in segments.iter().enumerate().filter(|(index, _)| taken >> index & 1 == 0) {
         for laser in 0..projector.lasers.len().min(MOST_LASERS) {
-            if !segment.ends.iter().all(|end| near(end, laser, &m, projector, 1.0)) {
+            if !segment.ends.iter().all(|end| near(end, laser, &m, projector)) {
                 continue;
             }
             let Some(thickness) = fits(segment, laser, &m, projector, upright) else { continue };
