@@ -1,7 +1,7 @@
 //! The Cramer-Rao bound: how accurate any unbiased reading of one frame can be at best.
 //!
 //! The derivation is in `docs/perception.md`. In data-flow order: [`light`] says what profile a stripe truly has in a column, from the
-//! rig, the surface and the optics; [`column`] what the pixels of a column say of the stripes' middles in it; here that becomes what
+//! rig, the surface and the optics; [`mod@column`] what the pixels of a column say of the stripes' middles in it; here that becomes what
 //! all columns say of the walls, and of where the robot stands between them.
 //!
 //! Nothing is shared with the perception that it judges: true rig, true planes, true middles. Taken as known: the rig, the stripes'

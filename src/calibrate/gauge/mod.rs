@@ -1,7 +1,7 @@
 //! The paper's experiment from image to millimetre: a block before the rendered camera, stripes found, equation 14 solved, and the
 //! block measured where T was not calibrated.
 //!
-//! - [`file`]: the experiment as it stands in a file; - `scene`: the block at a depth, what the camera sees and what is the case;
+//! - [`mod@file`]: the experiment as it stands in a file; - `scene`: the block at a depth, what the camera sees and what is the case;
 //! - [`stripe`]: a stripe's centre in an image; - [`figure`]: the paper's figure 9.
 //!
 //! What is measured is the stripe's centre across itself. Where along the stripe a point lies, the block's marks say (the paper
