@@ -238,9 +238,8 @@ fn trim(points: &mut Vec<Point>, first: usize, misses: u32) {
                 write += 1;
             }
         }
-        (from, before) = (to, after);
         // The misses between two pieces belong to both their ends.
-        before = before.min(points.get(to).map_or(before, |_| end.misses));
+        (from, before) = (to, end.misses);
     }
     points.truncate(write);
 }

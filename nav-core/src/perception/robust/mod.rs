@@ -98,6 +98,8 @@ impl Default for RobustParams {
 const QUANTISATION_VARIANCE: f64 = 1.0 / 12.0;
 /// Columns beyond the segments of a wall that its stripes are followed.
 const BEYOND_COLUMNS: usize = 64;
+/// No wall is nearer to the camera than this, in metres.
+const NEAREST_WALL_M: f64 = 0.03;
 /// The floor is below the camera by its height, up to tyres and dust: standard deviation, in metres.
 const FLOOR_SIGMA_M: f64 = 0.002;
 /// Fewest centres of a second stripe that bear a wall out.
@@ -153,7 +155,8 @@ impl RobustPerception {
     }
 
     fn propose(&mut self, upright: &Upright) {
-        let limits = Limits { max_heading_rad: self.params.max_heading_rad, distance_m: [0.03, 4.0] };
+        let limits =
+            Limits { max_heading_rad: self.params.max_heading_rad, distance_m: [NEAREST_WALL_M, self.params.range_m[1]] };
         self.proposer.find(&self.segments, &self.projector, upright, &limits, &mut self.proposals);
         let of = |proposals: &[Proposal], wall: Wall| proposals.iter().find(|p| p.wall == wall).copied();
         for (wall, across) in [(Wall::Left, Wall::Right), (Wall::Right, Wall::Left)] {
@@ -217,21 +220,16 @@ impl RobustPerception {
     fn gather_neighbours(&mut self, index: usize, laser: usize, [from, to]: [usize; 2]) {
         let own = self.proposals[index];
         self.neighbours.clear();
-        for (other, proposal) in self.proposals.iter().enumerate() {
-            for beside in 0..self.projector.lasers.len() {
-                if (other, beside) == (index, laser) || proposal.support.get(beside).is_none_or(|blocks| *blocks == 0) {
-                    continue;
-                }
-                // A straight piece of the predicted stripe over these columns: near enough for telling what is near.
-                let at = |x: usize| {
-                    let stripe = self.projector.stripe(beside, &proposal.m, x as f64, self.projector.size[1] as f64 / 2.0);
-                    stripe.map(|stripe| ([x as f64, stripe.y_px], stripe.sigma_px))
-                };
-                if other == index
-                    && let (Some(first), Some(last)) = (at(from), at(to.saturating_sub(1)))
-                {
-                    self.neighbours.push(Neighbour { ends: [first.0, last.0], sigma_px: first.1.max(last.1) });
-                }
+        // The other stripes of this wall as predicted, a straight piece over these columns: near enough for telling what is near.
+        let at = |beside: usize, x: usize| {
+            let stripe = self.projector.stripe(beside, &own.m, x as f64, self.projector.size[1] as f64 / 2.0);
+            stripe.map(|stripe| ([x as f64, stripe.y_px], stripe.sigma_px))
+        };
+        for beside in
+            (0..self.projector.lasers.len().min(MOST_LASERS)).filter(|beside| *beside != laser && own.support[*beside] > 0)
+        {
+            if let (Some(first), Some(last)) = (at(beside, from), at(beside, to.saturating_sub(1))) {
+                self.neighbours.push(Neighbour { ends: [first.0, last.0], sigma_px: first.1.max(last.1) });
             }
         }
         for (i, segment) in self.segments.iter().enumerate() {
@@ -277,11 +275,11 @@ impl RobustPerception {
         }
     }
 
-    /// Segments that no wall was found for are shown too.
+    /// Segments that no wall was found for, or whose wall was not borne out, are shown too.
     fn show_rest(&mut self) {
-        let taken = self.proposals.iter().fold(0, |bits, p| bits | p.segments);
-        for (i, segment) in self.segments.iter().enumerate().filter(|(i, _)| taken >> i & 1 == 0) {
-            let _ = i;
+        let found = |wall: Wall| self.walls.iter().any(|(found, _)| *found == wall);
+        let taken = self.proposals.iter().filter(|p| found(p.wall)).fold(0u64, |bits, p| bits | p.segments);
+        for (_, segment) in self.segments.iter().enumerate().filter(|(i, _)| taken >> i & 1 == 0) {
             self.lines.push(StripeLine {
                 ends_px: segment.ends_px(self.projector.across),
                 assigned: None,

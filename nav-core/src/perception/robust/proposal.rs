@@ -168,9 +168,9 @@ impl Proposer {
                     }
                 }
             }
-            for (index, segment) in segments.iter().enumerate().filter(|(index, _)| taken >> index & 1 == 0) {
+            for (_, segment) in segments.iter().enumerate().filter(|(index, _)| taken >> index & 1 == 0) {
                 for laser in 0..projector.lasers.len().min(MOST_LASERS) {
-                    if let Some((wall, m)) = level(index, segment, laser, projector, upright, limits)
+                    if let Some((wall, m)) = level(segment, laser, projector, upright, limits)
                         && open(wall, proposals)
                     {
                         offer(gather(wall, m, segments, taken, projector, upright));
@@ -301,7 +301,6 @@ fn agree(a: &Reading, b: &Reading, upright: &Upright) -> Option<Vector3<f64>> {
 
 /// The level wall that a segment may be on.
 fn level(
-    _index: usize,
     segment: &Segment,
     laser: usize,
     projector: &Projector,
