@@ -2,6 +2,7 @@
 
 use super::centre::{self, Expected, Fitted, Noise};
 use super::chain::Segment;
+use super::overexposed;
 use super::stripe::{Projector, StripePoint};
 use super::view::View;
 use nalgebra::Vector3;
@@ -22,6 +23,8 @@ pub(super) struct Point {
     pub(super) laser: usize,
     /// Thickness of the stripe there (standard deviation), in pixels.
     pub(super) thickness_px: f64,
+    /// Deviation of the error that centres of its kind have in common, in pixels.
+    pub(super) common_px: f64,
     /// Distance from the row that the wall as proposed predicts.
     pub(super) off_px: f64,
     /// Columns before it in which the stripe was looked for and not found.
@@ -54,10 +57,13 @@ const BESIDE_PX: f64 = 6.0;
 const CROWDED: f64 = 3.0;
 /// A stripe stands out of the noise by so many standard deviations of its height.
 const LEAST_SNR: f64 = 3.0;
-/// A column whose light is no Gaussian has squared residuals so large.
-const MOST_CHI2: f64 = 4.0;
+/// A column whose light is no Gaussian has squared residuals larger than the first; its middle is then as much less sure. Beyond the
+/// second there is no stripe.
+const MOST_CHI2: [f64; 2] = [4.0, 40.0];
 /// A centre may be off the proposed wall's by this, in pixels and in standard deviations of the light.
 const GATE: [f64; 2] = [1.2, 0.35];
+/// Centres of overexposed columns, and of those whose light is no Gaussian, may be off alike by this share of its standard deviation.
+const UNLIKE_SHARE: f64 = 0.03;
 /// Columns for which a stripe is predicted anew.
 const NODE_EVERY: usize = 8;
 /// Share of a centre's distance from where it was sought that the next search begins farther on.
@@ -116,19 +122,30 @@ pub(super) fn stripe(
         }
         let height = amplitude.unwrap_or_else(|| standing(view, x, &stripe));
         let sought = Expected { y_px: stripe.y_px + drift_px, sigma_px: sigma, amplitude: height, slope };
+        let near = |y_px: f64| (y_px - stripe.y_px).abs() <= GATE[0] + GATE[1] * sigma;
         let good = |found: &Fitted| {
-            found.amplitude >= LEAST_SNR * found.amplitude_sigma
-                && found.chi2 <= MOST_CHI2
-                && (found.y_px - stripe.y_px).abs() <= GATE[0] + GATE[1] * sigma
+            found.amplitude >= LEAST_SNR * found.amplitude_sigma && found.chi2 <= MOST_CHI2[1] && near(found.y_px)
         };
-        let Some(found) = centre::fit(view, x, &sought, noise, room).filter(good) else {
+        let measured = if let Some(found) = centre::fit(view, x, &sought, noise, room).filter(good) {
+            slope = Some(found.slope);
+            // The height goes into the variances: smoothed, so that a column's own noise does not choose its weights.
+            amplitude = Some(amplitude.map_or(found.amplitude, |before| before + 0.2 * (found.amplitude - before)));
+            let (spread, common_px) =
+                if found.chi2 <= MOST_CHI2[0] { (1.0, 0.0) } else { (found.chi2.sqrt(), UNLIKE_SHARE * sigma) };
+            Some(Middle { y_px: found.y_px, sigma_px: found.sigma_px * spread, cubic: found.cubic, common_px })
+        } else {
+            overexposed::middle(view, x, sought.y_px, sigma, noise, room).filter(|found| near(found.y_px)).map(|found| Middle {
+                y_px: found.y_px,
+                sigma_px: found.sigma_px,
+                cubic: found.half_width * found.half_width,
+                common_px: UNLIKE_SHARE * sigma,
+            })
+        };
+        let Some(found) = measured else {
             misses += 1;
             continue;
         };
-        slope = Some(found.slope);
         drift_px += DRIFT_GAIN * (found.y_px - stripe.y_px - drift_px);
-        // The height goes into the variances: smoothed, so that a column's own noise does not choose its weights.
-        amplitude = Some(amplitude.map_or(found.amplitude, |before| before + 0.2 * (found.amplitude - before)));
         if bias.0 != x / BIAS_EVERY {
             bias = (x / BIAS_EVERY, unevenness(projector, m, laser, &stripe, x as f64));
         }
@@ -144,11 +161,21 @@ pub(super) fn stripe(
             ray,
             laser,
             thickness_px: sigma,
+            common_px: found.common_px,
             off_px: y_px - stripe.y_px,
             misses,
         });
     }
     clean(points, first, misses);
+}
+
+/// A column's middle, whichever way it was found.
+struct Middle {
+    y_px: f64,
+    sigma_px: f64,
+    /// See [`Fitted::cubic`].
+    cubic: f64,
+    common_px: f64,
 }
 
 /// Where a stripe is expected in a column, and how thick.

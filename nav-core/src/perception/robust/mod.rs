@@ -6,7 +6,8 @@
 //! 2. `detect`: ridges of the width that a stripe must have, in every fourth column;
 //! 3. `chain`: ridges linked to chains, and these cut to straight segments;
 //! 4. `proposal`: which segments are which laser's stripes on which wall: walls that two stripes propose alike;
-//! 5. `measure`: each stripe of each wall followed column by column; `centre` fits a column;
+//! 5. `measure`: each stripe of each wall followed column by column; `centre` fits a column, `overexposed` takes the
+//!    middle between the flanks where too much is full;
 //! 6. `plane_fit`: all centres of a wall to its plane, with covariance;
 //! 7. `duct_pose`: planes to lateral and heading error, width and height, each with its standard deviation.
 //!
@@ -19,6 +20,7 @@ mod chain;
 mod detect;
 mod duct_pose;
 mod measure;
+mod overexposed;
 mod plane_fit;
 mod proposal;
 mod stripe;

@@ -35,7 +35,8 @@ pub(super) struct Plane {
     pub(super) covariance: Matrix3<f64>,
     /// Centres of each laser's stripe.
     pub(super) counts: [usize; MOST_LASERS],
-    /// Chi-square of the stripes' common errors and the lean against their priors: how well the stripes of two lasers agree.
+    /// Chi-square of the stripes' common errors and the lean against their priors, allowing for centres that scatter more than they
+    /// say: how well the stripes of two lasers agree.
     pub(super) disagreement: f64,
 }
 
@@ -53,6 +54,7 @@ struct Stripe {
     rest: f64,
     count: usize,
     thickness: f64,
+    common: f64,
 }
 
 impl Default for Stripe {
@@ -66,6 +68,7 @@ impl Default for Stripe {
             rest: 0.0,
             count: 0,
             thickness: 0.0,
+            common: 0.0,
         }
     }
 }
@@ -108,11 +111,11 @@ pub(super) fn fit(
     let (plane, scatter) = result?;
     // Both hold the centres' own scatter.
     let excess = scatter.max(likeness(&plane.m, points, projector));
-    Some(Plane { covariance: plane.covariance * excess, ..plane })
+    Some(Plane { covariance: plane.covariance * excess, disagreement: plane.disagreement / excess, ..plane })
 }
 
 fn offset_weight(stripe: &Stripe, priors: &Priors) -> f64 {
-    let sigma = priors.offset[0] + priors.offset[1] * stripe.thickness / stripe.count as f64;
+    let sigma = priors.offset[0] + (priors.offset[1] * stripe.thickness + stripe.common) / stripe.count as f64;
     1.0 / (sigma * sigma)
 }
 
@@ -135,6 +138,7 @@ fn add_up(m: &Vector3<f64>, points: &[Point], projector: &Projector) -> [Stripe;
         stripe.rest += weight * value * value;
         stripe.count += 1;
         stripe.thickness += point.thickness_px;
+        stripe.common += point.common_px;
     }
     stripes
 }
