@@ -57,11 +57,13 @@ const BESIDE_PX: f64 = 6.0;
 const CROWDED: f64 = 3.0;
 /// A stripe stands out of the noise by so many standard deviations of its height.
 const LEAST_SNR: f64 = 3.0;
-/// A column whose light is no Gaussian has squared residuals larger than the first; its middle is then as much less sure. Beyond the
-/// second there is no stripe.
+/// A column whose light is no Gaussian has squared residuals larger than the first; where it is used all the same, its middle is as
+/// much less sure. Beyond the second there is no stripe.
 const MOST_CHI2: [f64; 2] = [4.0, 40.0];
 /// A centre may be off the proposed wall's by this, in pixels and in standard deviations of the light.
 const GATE: [f64; 2] = [1.2, 0.35];
+/// More such columns than this, as a share of the others, are uneven light and not what stands in the way.
+const UNEVEN_SHARE: f64 = 0.33;
 /// Centres of overexposed columns, and of those whose light is no Gaussian, may be off alike by this share of its standard deviation.
 const UNLIKE_SHARE: f64 = 0.03;
 /// Columns for which a stripe is predicted anew.
@@ -78,95 +80,123 @@ const END_COLUMNS: u32 = 4;
 /// more for a standard deviation of its light.
 const GUARD: [f64; 2] = [4.0, 6.0];
 
-/// Measures the stripe of `laser` on the wall m . p = 1 over columns `from..to` and appends its centres.
-#[allow(clippy::too_many_arguments, reason = "what a stripe is measured with")]
-pub(super) fn stripe(
-    view: &View<'_>,
-    projector: &Projector,
-    m: &Vector3<f64>,
-    laser: usize,
-    [from, to]: [usize; 2],
-    neighbours: &[Neighbour],
-    noise: &Noise,
-    room: &mut Vec<f64>,
-    points: &mut Vec<Point>,
-) {
-    let first = points.len();
-    let mut guess_px = projector.size[1] as f64 / 2.0;
-    let mut amplitude: Option<f64> = None;
-    let mut bias = (usize::MAX, [0.0; 2]);
-    let mut misses = 0;
-    let mut slope = None;
-    // How far the stripe runs off the proposed wall's: the search begins there.
-    let mut drift_px = 0.0;
-    let mut nodes: (usize, Option<[StripePoint; 2]>) = (usize::MAX, None);
-    for x in from..to {
-        // Predicted every few columns, in between on straight lines.
-        if nodes.0 != x / NODE_EVERY {
-            let first = x - x % NODE_EVERY;
-            let node = |x: usize, guess_px: f64| projector.stripe(laser, m, x as f64, guess_px);
-            let pair = node(first, guess_px).and_then(|a| Some([a, node(first + NODE_EVERY, a.y_px)?]));
-            nodes = (x / NODE_EVERY, pair);
+/// A stripe to be measured, and what it is measured with.
+pub(super) struct Search<'a> {
+    pub(super) view: &'a View<'a>,
+    pub(super) projector: &'a Projector,
+    /// The wall as proposed, m . p = 1.
+    pub(super) m: &'a Vector3<f64>,
+    pub(super) laser: usize,
+    /// From which column and to which.
+    pub(super) columns: [usize; 2],
+    pub(super) neighbours: &'a [Neighbour],
+    pub(super) noise: &'a Noise,
+}
+
+impl Search<'_> {
+    /// Appends the stripe's centres to `points`; `room` is to work in. Columns whose light is no Gaussian are left out (another stripe
+    /// crosses, a wall ends), unless so many are that the wall's light must be uneven all along.
+    pub(super) fn measure(&self, room: &mut Vec<f64>, points: &mut Vec<Point>) {
+        let first = points.len();
+        let mut tally = self.follow(MOST_CHI2[0], room, points);
+        let count = points.len() - first;
+        if tally.unlike as f64 > UNEVEN_SHARE * count as f64 {
+            points.truncate(first);
+            tally = self.follow(MOST_CHI2[1], room, points);
         }
-        let Some([a, b]) = nodes.1 else { continue };
-        guess_px = b.y_px;
-        let share = (x % NODE_EVERY) as f64 / NODE_EVERY as f64;
-        let stripe =
-            Predicted { y_px: a.y_px + share * (b.y_px - a.y_px), sigma_px: a.sigma_px + share * (b.sigma_px - a.sigma_px) };
-        let sigma = stripe.sigma_px;
-        let crowded = neighbours
-            .iter()
-            .any(|other| other.row(x as f64).is_some_and(|row| (row - stripe.y_px).abs() < CROWDED * (sigma + other.sigma_px)));
-        if crowded {
-            continue;
-        }
-        let height = amplitude.unwrap_or_else(|| standing(view, x, &stripe));
-        let sought = Expected { y_px: stripe.y_px + drift_px, sigma_px: sigma, amplitude: height, slope };
-        let near = |y_px: f64| (y_px - stripe.y_px).abs() <= GATE[0] + GATE[1] * sigma;
-        let good = |found: &Fitted| {
-            found.amplitude >= LEAST_SNR * found.amplitude_sigma && found.chi2 <= MOST_CHI2[1] && near(found.y_px)
-        };
-        let measured = if let Some(found) = centre::fit(view, x, &sought, noise, room).filter(good) {
-            slope = Some(found.slope);
-            // The height goes into the variances: smoothed, so that a column's own noise does not choose its weights.
-            amplitude = Some(amplitude.map_or(found.amplitude, |before| before + 0.2 * (found.amplitude - before)));
-            let (spread, common_px) =
-                if found.chi2 <= MOST_CHI2[0] { (1.0, 0.0) } else { (found.chi2.sqrt(), UNLIKE_SHARE * sigma) };
-            Some(Middle { y_px: found.y_px, sigma_px: found.sigma_px * spread, cubic: found.cubic, common_px })
-        } else {
-            overexposed::middle(view, x, sought.y_px, sigma, noise, room).filter(|found| near(found.y_px)).map(|found| Middle {
-                y_px: found.y_px,
-                sigma_px: found.sigma_px,
-                cubic: found.half_width * found.half_width,
-                common_px: UNLIKE_SHARE * sigma,
-            })
-        };
-        let Some(found) = measured else {
-            misses += 1;
-            continue;
-        };
-        drift_px += DRIFT_GAIN * (found.y_px - stripe.y_px - drift_px);
-        if bias.0 != x / BIAS_EVERY {
-            bias = (x / BIAS_EVERY, unevenness(projector, m, laser, &stripe, x as f64));
-        }
-        let [linear, cubic] = bias.1;
-        let y_px = found.y_px - sigma * (linear + cubic * found.cubic);
-        let ray = projector.ray(x as f64, y_px);
-        points.push(Point {
-            x_px: x as f64,
-            y_px,
-            sigma_px: found.sigma_px,
-            inverse_depth: projector.lasers[laser].inverse_plane.dot(&ray),
-            ray_by_y: projector.ray_by_scan(&ray)[1],
-            ray,
-            laser,
-            thickness_px: sigma,
-            common_px: found.common_px,
-            off_px: y_px - stripe.y_px,
-            misses,
-        });
+        clean(points, first, tally.misses);
     }
-    clean(points, first, misses);
+
+    /// One pass over the columns, appending a centre for each whose squared residuals are `most_chi2` at most.
+    fn follow(&self, most_chi2: f64, room: &mut Vec<f64>, points: &mut Vec<Point>) -> Tally {
+        let Self { view, projector, m, laser, columns: [from, to], neighbours, noise } = *self;
+        let mut guess_px = projector.size[1] as f64 / 2.0;
+        let mut amplitude: Option<f64> = None;
+        let mut bias = (usize::MAX, [0.0; 2]);
+        let mut tally = Tally::default();
+        let mut slope = None;
+        // How far the stripe runs off the proposed wall's: the search begins there.
+        let mut drift_px = 0.0;
+        let mut nodes: (usize, Option<[StripePoint; 2]>) = (usize::MAX, None);
+        for x in from..to {
+            // Predicted every few columns, in between on straight lines.
+            if nodes.0 != x / NODE_EVERY {
+                let first = x - x % NODE_EVERY;
+                let node = |x: usize, guess_px: f64| projector.stripe(laser, m, x as f64, guess_px);
+                let pair = node(first, guess_px).and_then(|a| Some([a, node(first + NODE_EVERY, a.y_px)?]));
+                nodes = (x / NODE_EVERY, pair);
+            }
+            let Some([a, b]) = nodes.1 else { continue };
+            guess_px = b.y_px;
+            let share = (x % NODE_EVERY) as f64 / NODE_EVERY as f64;
+            let stripe =
+                Predicted { y_px: a.y_px + share * (b.y_px - a.y_px), sigma_px: a.sigma_px + share * (b.sigma_px - a.sigma_px) };
+            let sigma = stripe.sigma_px;
+            let crowded = neighbours.iter().any(|other| {
+                other.row(x as f64).is_some_and(|row| (row - stripe.y_px).abs() < CROWDED * (sigma + other.sigma_px))
+            });
+            if crowded {
+                continue;
+            }
+            let height = amplitude.unwrap_or_else(|| standing(view, x, &stripe));
+            let sought = Expected { y_px: stripe.y_px + drift_px, sigma_px: sigma, amplitude: height, slope };
+            let near = |y_px: f64| (y_px - stripe.y_px).abs() <= GATE[0] + GATE[1] * sigma;
+            let stands = |found: &Fitted| found.amplitude >= LEAST_SNR * found.amplitude_sigma && near(found.y_px);
+            let found = centre::fit(view, x, &sought, noise, room).filter(stands);
+            tally.unlike += u32::from(found.is_some_and(|found| found.chi2 > MOST_CHI2[0]));
+            let measured = if let Some(found) = found.filter(|found| found.chi2 <= most_chi2) {
+                slope = Some(found.slope);
+                // The height goes into the variances: smoothed, so that a column's own noise does not choose its weights.
+                amplitude = Some(amplitude.map_or(found.amplitude, |before| before + 0.2 * (found.amplitude - before)));
+                let (spread, common_px) =
+                    if found.chi2 <= MOST_CHI2[0] { (1.0, 0.0) } else { (found.chi2.sqrt(), UNLIKE_SHARE * sigma) };
+                Some(Middle { y_px: found.y_px, sigma_px: found.sigma_px * spread, cubic: found.cubic, common_px })
+            } else {
+                overexposed::middle(view, x, sought.y_px, sigma, noise, room).filter(|found| near(found.y_px)).map(|found| {
+                    Middle {
+                        y_px: found.y_px,
+                        sigma_px: found.sigma_px,
+                        cubic: found.half_width * found.half_width,
+                        common_px: UNLIKE_SHARE * sigma,
+                    }
+                })
+            };
+            let Some(found) = measured else {
+                tally.misses += 1;
+                continue;
+            };
+            drift_px += DRIFT_GAIN * (found.y_px - stripe.y_px - drift_px);
+            if bias.0 != x / BIAS_EVERY {
+                bias = (x / BIAS_EVERY, unevenness(projector, m, laser, &stripe, x as f64));
+            }
+            let [linear, cubic] = bias.1;
+            let y_px = found.y_px - sigma * (linear + cubic * found.cubic);
+            let ray = projector.ray(x as f64, y_px);
+            points.push(Point {
+                x_px: x as f64,
+                y_px,
+                sigma_px: found.sigma_px,
+                inverse_depth: projector.lasers[laser].inverse_plane.dot(&ray),
+                ray_by_y: projector.ray_by_scan(&ray)[1],
+                ray,
+                laser,
+                thickness_px: sigma,
+                common_px: found.common_px,
+                off_px: y_px - stripe.y_px,
+                misses: tally.misses,
+            });
+        }
+        tally
+    }
+}
+
+/// What a pass over the columns met.
+#[derive(Clone, Copy, Default)]
+struct Tally {
+    /// Columns without a centre.
+    misses: u32,
+    /// Columns with a stripe that is no Gaussian.
+    unlike: u32,
 }
 
 /// A column's middle, whichever way it was found.

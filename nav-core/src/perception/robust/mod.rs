@@ -35,7 +35,7 @@ use crate::rig::{MountAngles, Rig};
 use centre::Noise;
 use chain::{Chains, Segment};
 use detect::{Detector, Ridge};
-use measure::{Neighbour, Point};
+use measure::{Neighbour, Point, Search};
 use plane_fit::{Plane, Priors};
 use proposal::{Limits, MOST_LASERS, Proposal, Proposer, Upright};
 use stripe::Projector;
@@ -185,17 +185,9 @@ impl RobustPerception {
         let columns = [from.saturating_sub(BEYOND_COLUMNS), (to + BEYOND_COLUMNS).min(self.projector.size[0])];
         for laser in 0..self.projector.lasers.len().min(MOST_LASERS) {
             self.gather_neighbours(index, laser, columns);
-            measure::stripe(
-                view,
-                &self.projector,
-                &proposal.m,
-                laser,
-                columns,
-                &self.neighbours,
-                noise,
-                &mut self.column,
-                &mut self.points,
-            );
+            let search =
+                Search { view, projector: &self.projector, m: &proposal.m, laser, columns, neighbours: &self.neighbours, noise };
+            search.measure(&mut self.column, &mut self.points);
         }
         if self.points.len() < self.params.min_centres || !self.is_agreed(&proposal) {
             return None;
