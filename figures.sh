@@ -3,17 +3,18 @@
 #
 #   ./figures.sh [--slice] [OUT.json]      (figures.json)
 #
-# Eight seeds a scenario; a quarter of an hour on two cores without a graphics card. --slice takes one seed and fewer frames: a few
+# Eight seeds a scenario and the whole accuracy studies; half an hour on two cores without a graphics card. --slice takes one seed and fewer frames: a few
 # minutes.
 set -euo pipefail
 cd "$(dirname "$0")"
 
 slice=()
+poses=()
 frames=10000
 out=figures.json
 for argument in "$@"; do
     case "$argument" in
-        --slice) slice=(--slice); frames=600 ;;
+        --slice) slice=(--slice); poses=(--set poses.count=4); frames=600 ;;
         -*) echo "figures.sh: unknown option $argument; usage: ./figures.sh [--slice] [OUT.json]" >&2; exit 2 ;;
         *) out=$argument ;;
     esac
@@ -31,9 +32,19 @@ echo "sensor …" >&2
 cargo test --release --locked -p ductloop-sensor --test emva --test stripe_physics --test centres --test agreement -- --nocapture --test-threads 1 >"$parts/sensor"
 echo "memory …" >&2
 cargo run --release --locked --quiet -p ductloop-sensor --example resident_memory "$frames" >"$parts/memory"
+echo "calibration …" >&2
+cargo test --release --locked -p ductloop --test calibration --test real_photographs -- --nocapture --test-threads 1 >"$parts/calibration"
+for study in accuracy accuracy-noise accuracy-everything accuracy-hard; do
+    echo "$study …" >&2
+    # A study whose bounds do not hold exits with 1 and has its figures all the same.
+    cargo run --release --locked --quiet -- accuracy "scenarios/studies/$study.toml" --out "$parts/studies" --json --quiet \
+        ${poses[@]+"${poses[@]}"} >"$parts/$study.json" || [ $? = 1 ]
+done
 echo "bench …" >&2
 cargo run --release --locked --quiet -- bench --json >"$parts/bench"
 echo "runs …" >&2
 cargo run --release --locked --quiet --example figures -- ${slice[@]+"${slice[@]}"} \
     --bench "$parts/bench" --physics "$parts/physics" --stripes "$parts/stripes" \
-    --sensor "$parts/sensor" --memory "$parts/memory" "$out"
+    --sensor "$parts/sensor" --memory "$parts/memory" --calibration "$parts/calibration" \
+    --study "$parts/accuracy.json" --study "$parts/accuracy-noise.json" --study "$parts/accuracy-everything.json" \
+    --study "$parts/accuracy-hard.json" "$out"

@@ -1,13 +1,14 @@
 //! Repeats the figures that the documents quote, and writes them as JSON. `./figures.sh` calls it.
 //!
 //! ```text
-//! cargo run --release --example figures -- [--slice] --bench FILE --physics FILE --stripes FILE --sensor FILE --memory FILE OUT.json
+//! cargo run --release --example figures -- [--slice] --bench FILE --physics FILE --stripes FILE --sensor FILE --memory FILE \
+//!     --calibration FILE --study FILE --study FILE … OUT.json
 //! ```
 //!
 //! `--bench` is what `ductloop bench --json` printed; the others are the printed lines of the tests that measure physics,
 //! rendered stripes, and the sensor (CCD, light, and the renderers against each other), `--memory` those of the example
-//! `resident_memory`. `--slice` takes one seed a scenario
-//! instead of eight.
+//! `resident_memory`, `--calibration` those of the gauge and of the photographs; `--study` is what `ductloop accuracy --json` printed.
+//! `--slice` takes one seed a scenario instead of eight.
 
 use std::error::Error;
 use std::path::Path;
@@ -26,6 +27,8 @@ struct Arguments {
     stripes: Vec<String>,
     sensor: Vec<String>,
     memory: Vec<String>,
+    calibration: Vec<String>,
+    studies: Map<String, Value>,
     out: String,
 }
 
@@ -59,6 +62,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         "stripes": arguments.stripes,
         "sensor": arguments.sensor,
         "memory": arguments.memory,
+        "calibration": arguments.calibration,
+        "accuracy": arguments.studies,
     });
     std::fs::write(&arguments.out, format!("{document:#}\n"))?;
     println!("{}", arguments.out);
@@ -68,6 +73,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn read_arguments() -> Result<Arguments, Box<dyn Error>> {
     let (mut seeds, mut bench, mut out) = (8, Value::Null, None);
     let (mut physics, mut stripes, mut sensor, mut memory) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut calibration, mut studies) = (Vec::new(), Map::new());
     let mut rest = std::env::args().skip(1);
     while let Some(argument) = rest.next() {
         let mut text = || -> Result<String, Box<dyn Error>> {
@@ -81,16 +87,33 @@ fn read_arguments() -> Result<Arguments, Box<dyn Error>> {
             "--stripes" => stripes = printed(&text()?, &["px RMS"]),
             "--sensor" => sensor = printed(&text()?, &[" for ", " px RMS", " DN, worst ", " centres; "]),
             "--memory" => memory = printed(&text()?, &[" MiB"]),
+            "--calibration" => calibration = printed(&text()?, &["mm RMS", "px RMS", "skipped"]),
+            "--study" => {
+                let study: Value = serde_json::from_str(&text()?)?;
+                let name = study["name"].as_str().ok_or("a study without a name")?.to_owned();
+                studies.insert(name, cells(&study));
+            }
             path => out = Some(path.to_owned()),
         }
     }
-    Ok(Arguments { seeds, bench, physics, stripes, sensor, memory, out: out.ok_or("the name of the file to write is missing")? })
+    let out = out.ok_or("the name of the file to write is missing")?;
+    Ok(Arguments { seeds, bench, physics, stripes, sensor, memory, calibration, studies, out })
 }
 
 /// The lines that tests printed with one of `words` in them, without the name of the test that stands before the first.
 fn printed(text: &str, words: &[&str]) -> Vec<String> {
     let told = text.lines().filter(|line| words.iter().any(|word| line.contains(word)));
     told.map(|line| line.rsplit(" ... ").next().unwrap_or(line).to_owned()).collect()
+}
+
+/// What each pipeline reached in each cell of a study.
+fn cells(study: &Value) -> Value {
+    study["cells"]
+        .as_array()
+        .into_iter()
+        .flatten()
+        .map(|cell| json!({"values": cell["values"], "pipelines": cell["pipelines"]}))
+        .collect()
 }
 
 /// Median and worst over seeds 1..=n of what the documents quote.

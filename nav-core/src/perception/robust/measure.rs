@@ -100,7 +100,7 @@ impl Search<'_> {
         let first = points.len();
         let mut tally = self.follow(MOST_CHI2[0], room, points);
         let count = points.len() - first;
-        if tally.unlike as f64 > UNEVEN_SHARE * count as f64 {
+        if f64::from(tally.unlike) > UNEVEN_SHARE * count as f64 {
             points.truncate(first);
             tally = self.follow(MOST_CHI2[1], room, points);
         }

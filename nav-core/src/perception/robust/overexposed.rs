@@ -82,3 +82,53 @@ fn longest_run(values: &[f64], full: f64) -> Option<(usize, usize)> {
     }
     best
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::messages::Frame;
+    use crate::perception::scan::Across;
+
+    const NOISE: Noise = Noise { floor: 1.0 / 12.0 + 0.015, gain: 247.0 / 30_000.0, black: 8.0, speckle: 0.12 * 0.12 };
+
+    fn found(height: f64, sigma: f64, centre: f64, skew: f64) -> Option<Middle> {
+        let value = |y: usize| {
+            let t = (y as f64 - centre) / sigma;
+            (200.0 + height * libm::exp(-t * t / 2.0 + skew * t)).round().min(4095.0) as u16
+        };
+        let pixels: Vec<u16> = (0..20 * 160).map(|i| value(i / 20)).collect();
+        let frame = Frame::grey16(20, 160, &pixels, 4095);
+        middle(&View::new(&frame, Across::V), 7, centre + 0.2 * sigma, sigma, &NOISE, &mut Vec::new())
+    }
+
+    /// Ten and fifty times overexposed, the middle is found to the interpolation of the flanks (half of what is stated as its deviation).
+    #[test]
+    fn the_middle_of_a_cut_off_gaussian_is_found() {
+        for height in [4e4, 2e5] {
+            for sigma in [3.0, 8.0, 14.0] {
+                for centre in [80.0, 80.3, 80.71] {
+                    let middle = found(height, sigma, centre, 0.0).unwrap_or_else(|| panic!("none at {centre}, sigma {sigma}"));
+                    assert!((middle.y_px - centre).abs() < 0.06, "{middle:?} for {centre}, sigma {sigma}");
+                    // Closed form: the Gaussian falls to half of full. The interpolation ends at a pixel that is cut off, a tenth of
+                    // a pixel too far out at worst, on either side alike.
+                    let half_width = (2.0 * libm::log(height / (0.5 * 3895.0))).sqrt();
+                    assert!((middle.half_width - half_width).abs() * sigma < 0.12, "{middle:?}, T {half_width}");
+                }
+            }
+        }
+    }
+
+    /// Light g (1 + a t / s) moves the middle of a Gaussian by a s, and the flanks of one that is cut off as well.
+    #[test]
+    fn uneven_light_moves_flanks_as_it_moves_the_middle() {
+        let middle = found(8e4, 8.0, 80.0, 0.04).expect("flanks");
+        assert!((middle.y_px - 80.0 - 0.04 * 8.0).abs() < 0.03, "{middle:?}");
+    }
+
+    #[test]
+    fn without_two_flanks_there_is_no_middle() {
+        assert_eq!(found(2000.0, 8.0, 80.0, 0.0), None, "nothing full");
+        assert_eq!(found(4e4, 40.0, 80.0, 0.0), None, "flanks beyond the image");
+        assert_eq!(found(4e4, 8.0, 8.0, 0.0), None, "one flank beyond the image");
+    }
+}
