@@ -78,6 +78,20 @@ impl GreyImage {
         }
     }
 
+    /// Multiplies the light of each pixel (column, row): what its value is above `black_dn`, in DN of 8 bits.
+    pub fn scale_light(&mut self, black_dn: f64, factor: impl Fn(usize, usize) -> f64) {
+        let (width_px, max_dn) = (self.width_px, f64::from(self.bits.max_dn()));
+        let black = black_dn * max_dn / 255.0;
+        let scaled = |i: usize, value: f64| {
+            let light = (value - black) * factor(i % width_px, i / width_px);
+            (black + light).round().clamp(0.0, max_dn)
+        };
+        match &mut self.values {
+            Values::Grey8(values) => values.iter_mut().enumerate().for_each(|(i, v)| *v = scaled(i, f64::from(*v)) as u8),
+            Values::Grey16(values) => values.iter_mut().enumerate().for_each(|(i, v)| *v = scaled(i, f64::from(*v)) as u16),
+        }
+    }
+
     /// Hands over all bytes in order, those of 16-bit values little-endian.
     pub fn bytes(&self, mut take: impl FnMut(&[u8])) {
         match &self.values {

@@ -21,6 +21,7 @@ pub mod accuracy;
 pub mod calibrate;
 #[cfg(feature = "cli")]
 mod canvas;
+
 pub mod closed_loop;
 #[cfg(feature = "cli")]
 pub mod contact_sheet;
@@ -44,6 +45,7 @@ pub mod run_files;
 pub mod run_hash;
 pub mod scenario;
 mod single_run;
+mod stream;
 #[cfg(feature = "cli")]
 pub mod stage_picture;
 pub mod stage_scores;

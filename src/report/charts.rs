@@ -5,7 +5,7 @@ mod stages;
 use super::plot::{Band, Level, Plot, Series, Style};
 use crate::output::words::{metric_words, number};
 use crate::record::{FrameRecord, RunRecord};
-use crate::scenario::{Bound, FaultKind, Scenario};
+use crate::scenario::{Bound, Scenario};
 
 /// A plot with its heading.
 pub(super) struct Chart {
@@ -104,14 +104,7 @@ impl<'a> Time<'a> {
         }
         for fault in scenario.faults.iter().filter(|fault| fault.at_s < end_s) {
             let to = fault.for_s.map_or(end_s, |length_s| (fault.at_s + length_s).min(end_s));
-            let label = match fault.kind {
-                FaultKind::LaserOff { laser } => {
-                    let name = scenario.rig.lasers.get(laser).map_or("?", |laser| laser.name.as_str());
-                    format!("fault: laser {name} off")
-                }
-                FaultKind::FrameBlank => "fault: blank frames".to_owned(),
-                FaultKind::WheelsSwapped => "fault: wheels swapped".to_owned(),
-            };
+            let label = format!("fault: {}", fault.kind.label(&scenario.rig));
             bands.push(Band { x: [fault.at_s, to], class: "fault", label });
         }
         Self { scenario, run, bands, settled_s, end_s }

@@ -1,4 +1,4 @@
-//! The tables with names of their own and the arrays of tables: lasers, surfaces, fittings, objects, faults.
+//! The tables with names of their own and the arrays of tables: lasers, surfaces, fittings, objects.
 
 use ductloop_duct::cell::SurfaceId;
 use ductloop_duct::fitting::Shape;
@@ -10,7 +10,7 @@ use super::Scenario;
 use super::check::{Checked, quoted};
 use super::diagnostic::Finding;
 use super::fields::Scale;
-use super::model::{Fault, FaultKind, Object, ObjectShape, Piece, Surface};
+use super::model::{Object, ObjectShape, Piece, Surface};
 use super::resolve::default_of;
 use super::tree::{Entry, Node, Table};
 use super::typed::Typed;
@@ -208,46 +208,4 @@ fn unknown_surface(layered: &Table, name: &str, path: &str, typed: &Typed, check
     let guess = nearest(name, known.iter().copied()).map(|near| format!("did you mean \"{near}\"? ")).unwrap_or_default();
     let finding = Finding::new(typed.span(path), format!("there is no surface \"{name}\""));
     checked.wrong(path, finding.help(format!("{guess}known: {}; `[surface.{name}]` would define it", quoted(&known))));
-}
-
-/// The faults.
-pub(super) fn faults(layered: &Table, rig: &Rig, typed: &Typed, checked: &mut Checked) -> Vec<Fault> {
-    let mut faults = Vec::new();
-    for (i, fault) in listed(layered, "fault").enumerate() {
-        let path = format!("fault[{i}]");
-        let kind = match fault.text("kind") {
-            Some("frame-blank") => Some(FaultKind::FrameBlank),
-            Some("wheels-swapped") => Some(FaultKind::WheelsSwapped),
-            Some(_) => laser_off(&fault, rig, &path, typed, checked),
-            None => None,
-        };
-        if !matches!(kind, None | Some(FaultKind::LaserOff { .. })) && fault.text("laser").is_some() {
-            let path = format!("{path}.laser");
-            let finding = Finding::new(typed.span(&path), "`laser` in a fault that is not of a laser");
-            checked.wrong(&path, finding.help("only `kind = \"laser-off\"` names a laser"));
-        }
-        if let (Some(kind), Some(at_s)) = (kind, fault.number("at_s", Scale::Si)) {
-            faults.push(Fault { at_s, for_s: fault.number("for_s", Scale::Si), kind });
-        }
-    }
-    faults
-}
-
-fn laser_off(fault: &Element<'_>, rig: &Rig, path: &str, typed: &Typed, checked: &mut Checked) -> Option<FaultKind> {
-    let names: Vec<&str> = rig.lasers.iter().map(|l| l.name.as_str()).collect();
-    let known = format!("the rig's lasers: {}", quoted(&names));
-    let path_of_laser = format!("{path}.laser");
-    let Some(name) = fault.text("laser") else {
-        if checked.is_sound(&[&path_of_laser, "sensor"]) {
-            checked.wrong(path, Finding::new(typed.span(path), format!("`{path}` does not say which laser")).help(known));
-        }
-        return None;
-    };
-    let laser = names.iter().position(|n| *n == name);
-    if laser.is_none() && checked.is_sound(&["sensor"]) {
-        let guess = nearest(name, names.iter().copied()).map(|near| format!("did you mean \"{near}\"? ")).unwrap_or_default();
-        let finding = Finding::new(typed.span(&path_of_laser), format!("the rig has no laser \"{name}\""));
-        checked.wrong(&path_of_laser, finding.help(format!("{guess}{known}")));
-    }
-    laser.map(|laser| FaultKind::LaserOff { laser })
 }

@@ -6,7 +6,7 @@
 //! - `source`, `parse`, `tree`: texts to TOML values with their places;
 //! - [`overlay`], `typed`: the file **as typed**, with what `--with` and `--set` lay over it;
 //! - `check`, `value`, `unknown_key`: each key and value against its row;
-//! - `presets`, `resolve`, `elements`: presets beneath, defaults filled in, into the typed [`Scenario`] **as resolved**;
+//! - `presets`, `resolve`, `elements`, `faults`: presets beneath, defaults filled in, into the typed [`Scenario`] **as resolved**;
 //! - `cross`: what fields say of each other;
 //! - [`accuracy_file`]: a file of kind `accuracy`, which holds a scenario, a grid over its fields and poses to draw;
 //! - [`diagnostic`]: every error found, for people and for programs;
@@ -21,6 +21,7 @@ pub mod criteria;
 mod cross;
 pub mod diagnostic;
 mod elements;
+mod faults;
 pub mod fields;
 mod model;
 pub mod overlay;
@@ -40,8 +41,9 @@ use std::path::Path;
 
 pub use criteria::{Bound, Criteria, Criterion, Measured};
 pub use diagnostic::{Diagnostic, Diagnostics, Place};
+pub use faults::{Fault, FaultKind, Side, Wheel};
 pub use model::{
-    AutoExposure, Control, Duct, Fault, FaultKind, Finish, Law, Navigation, Object, ObjectShape, Perception, Piece, Pipeline,
+    AutoExposure, Control, Duct, Finish, Law, Navigation, Object, ObjectShape, Perception, Piece, Pipeline,
     Rates, RigDeviation, Scenario, Start, Surface,
 };
 pub use overlay::Overlays;

@@ -17,6 +17,7 @@ use ductloop_sim::spec::RobotSpec;
 use nalgebra::{Translation3, Vector3};
 
 use super::criteria::Criteria;
+use super::faults::Fault;
 
 /// A run of a robot through a duct, complete.
 ///
@@ -243,31 +244,6 @@ pub struct Start {
 pub struct Finish {
     /// Its distance from the end of the centreline, in metres.
     pub before_end_m: f64,
-}
-
-/// Something that goes wrong on purpose.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fault {
-    /// When it begins, in simulated seconds.
-    pub at_s: f64,
-    /// How long it lasts, in seconds; `None`: to the end of the run.
-    pub for_s: Option<f64>,
-    /// What it is.
-    pub kind: FaultKind,
-}
-
-/// What can go wrong on purpose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FaultKind {
-    /// A laser gives no light.
-    LaserOff {
-        /// Its index in the rig.
-        laser: usize,
-    },
-    /// Frames come without light: every pixel black but for the noise.
-    FrameBlank,
-    /// Commands for the left wheels drive the right ones, and the other way round.
-    WheelsSwapped,
 }
 
 impl Pipeline {

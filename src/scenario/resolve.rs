@@ -18,7 +18,7 @@ use super::model::{AutoExposure, Control, Duct, Finish, Law, Navigation, Percept
 use super::source::{Sources, Span};
 use super::tree::{Node, Table, Value};
 use super::typed::Typed;
-use super::{Scenario, cross, elements, parse, presets};
+use super::{Scenario, cross, elements, faults, parse, presets};
 
 /// The scenario, or every error found.
 pub(super) fn resolve(typed: &Typed) -> Result<Scenario, Diagnostics> {
@@ -119,7 +119,7 @@ fn build(layered: &Table, root: &Table, typed: &Typed, checked: &mut Checked) ->
         scenario.navigation.width_m = scenario.duct.width_m;
     }
     elements::duct(layered, root, &mut scenario, typed, checked);
-    scenario.faults = elements::faults(layered, &scenario.rig, typed, checked);
+    scenario.faults = faults::read(layered, &scenario.rig, typed, checked);
     scenario
 }
 

@@ -10,7 +10,7 @@ use super::Scenario;
 use super::check::join;
 use super::criteria::Bound;
 use super::fields::{self, Field, Kind, Scale, Shape, Slot, TableShape};
-use super::model::{FaultKind, ObjectShape};
+use super::model::ObjectShape;
 use super::parse;
 use super::source::Span;
 use super::tree::{Entry, Node, Table, Value};
@@ -183,21 +183,14 @@ fn surfaces(scenario: &Scenario) -> Table {
 }
 
 fn faults(scenario: &Scenario) -> Vec<Node> {
-    let fault = |fault: &super::Fault| {
-        let (kind, laser) = match fault.kind {
-            FaultKind::LaserOff { laser } => ("laser-off", Some(laser)),
-            FaultKind::FrameBlank => ("frame-blank", None),
-            FaultKind::WheelsSwapped => ("wheels-swapped", None),
-        };
-        let laser = laser.map(|i| scenario.rig.lasers.get(i).map_or_else(|| format!("laser {i}"), |l| l.name.clone()));
-        node(Value::Table(element([
-            ("kind", Some(Value::Text(kind.to_owned()))),
-            ("at_s", Some(Value::Number(fault.at_s))),
-            ("for_s", fault.for_s.map(Value::Number)),
-            ("laser", laser.map(Value::Text)),
-        ])))
+    let fault = |pairs: Vec<(&'static str, Value)>| {
+        let mut table = Table::default();
+        for (key, value) in pairs {
+            table.put(key, value);
+        }
+        node(Value::Table(table))
     };
-    scenario.faults.iter().map(fault).collect()
+    super::faults::write(scenario).map(fault).collect()
 }
 
 /// A table's own fields, then its tables, each in the order of the table of fields.
