@@ -9,9 +9,10 @@ use nalgebra::Vector3;
 use rapier3d::math::Vector;
 use rapier3d::prelude::{
     CoefficientCombineRule, ColliderBuilder, ColliderHandle, ColliderSet, Group, ImpulseJointSet, InteractionGroups,
-    InteractionTestMode, MassProperties, RevoluteJointBuilder, RigidBodyBuilder, RigidBodyHandle, RigidBodySet,
+    InteractionTestMode, MassProperties, RigidBodyBuilder, RigidBodyHandle, RigidBodySet,
 };
 
+use crate::axle;
 use crate::convert;
 use crate::drive::wheel_spin_inertia;
 use crate::outline::{self, Part};
@@ -100,11 +101,7 @@ impl Chassis {
         let wheels = outline::wheels(robot).map(|part| {
             let wheel = bodies.insert(rigid(&(world_from_base * part.base_from_part), wheel_mass(robot)));
             shell.push(colliders.insert_with_parent(shell_of(&part, FLANK, WALL), wheel, bodies));
-            let axle = RevoluteJointBuilder::new(Vector::Y)
-                .local_anchor1(convert::vector(&part.base_from_part.translation.vector))
-                .local_anchor2(Vector::ZERO)
-                .contacts_enabled(false);
-            joints.insert(body, wheel, axle, true);
+            joints.insert(body, wheel, axle::joint(robot, &part.base_from_part.translation.vector), true);
             wheel
         });
         let treads = wheels.map(|wheel| {

@@ -11,25 +11,19 @@
 //!   at most what stops the rotor there: it holds at standstill exactly, and it never drives;
 //! - the links are stable for every stiffness and rate: a stiffness beyond what the rate can hold is brought down to that.
 //!
-//! Assumptions: the gear has no backlash; the gear's loss is (1 - efficiency) of the motor's torque whether it drives or
+//! The supply may be weak (a share of it reaches the motor; the winding stays closed, so the motor brakes as ever) or the winding
+//! open (strength 0: no current flows, the motor neither drives nor brakes, and friction alone stops it; the little energy in
+//! the inductance is gone within the tick).
+//!
+//! Assumptions: the gear's loss is (1 - efficiency) of the motor's torque whether it drives or
 //! brakes; rolling resistance is taken at the robot's static load and, like bearing friction, from the chassis (its reaction
 //! on the chassis, 0.1 N of wheel load for INCRA I, is not real).
 
+use crate::links::Links;
 use crate::spec::{DriveSpec, RobotSpec};
 
 /// Standard gravity, in m/s2.
 pub const GRAVITY_M_S2: f64 = 9.806_65;
-
-/// The torsional springs from a side's gear to its two wheels.
-///
-/// The torque of a link is K phi + D (rotor speed after the tick - wheel speed before it), phi the twist. With D = I/dt, I the
-/// wheel's inertia, a wheel in the air takes the rotor's speed within one tick and its twist decays by the factor 1 -
-/// K dt^2 / I a tick; a wheel held by the ground is damped more. Hence the bound on K: I/dt^2.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Links {
-    stiffness_n_m_rad: f64,
-    damping_n_m_s: f64,
-}
 
 /// State of one side's drive.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,8 +42,8 @@ pub struct Drive {
     current_a: f64,
     angle_rad: f64,
     speed_rad_s: f64,
-    /// Rotor ahead of wheel: front, rear.
-    twist_rad: [f64; 2],
+    /// Share of the supply that reaches the motor; 0 is an open winding.
+    strength: f64,
 }
 
 /// Spin inertia of a wheel: a uniform disc, in kg m2.
@@ -75,10 +69,7 @@ impl Drive {
         let transient_end = libm::exp(-1.0 / ticks_per_time_constant);
         let rolling_n_m = robot.rolling_resistance * robot.mass_kg * GRAVITY_M_S2 / 2.0 * robot.wheel_radius_m;
         Self {
-            links: Links {
-                stiffness_n_m_rad: robot.link_stiffness_n_m_rad.min(wheel_inertia / (dt_s * dt_s)),
-                damping_n_m_s: wheel_inertia / dt_s,
-            },
+            links: Links::new(robot.link_stiffness_n_m_rad, robot.link_slack_rad, wheel_inertia, dt_s),
             inertia_kg_m2: spec.gear_ratio * spec.gear_ratio * spec.rotor_inertia_kg_m2,
             friction_n_m: spec.coulomb_friction_n_m + rolling_n_m,
             dt_s,
@@ -87,30 +78,41 @@ impl Drive {
             current_a: 0.0,
             angle_rad: 0.0,
             speed_rad_s: 0.0,
-            twist_rad: [0.0; 2],
+            strength: 1.0,
             spec,
         }
+    }
+
+    /// From now on so much of the supply reaches the motor, clamped to [0, 1]; 0 opens the winding.
+    pub fn set_strength(&mut self, strength: f64) {
+        self.strength = strength.clamp(0.0, 1.0);
+    }
+
+    fn is_open(&self) -> bool {
+        self.strength == 0.0
     }
 
     /// Lets one tick pass. `duty` of the supply, clamped to [-1, 1], is on the motor; the wheels, front and rear, turn at
     /// `wheel_rad_s` relative to the chassis. Returns the torque on each wheel, forward positive, in N m; the chassis takes the
     /// opposite of their sum.
     pub fn step(&mut self, duty: f64, wheel_rad_s: [f64; 2]) -> [f64; 2] {
-        for (twist, wheel) in self.twist_rad.iter_mut().zip(wheel_rad_s) {
-            *twist += self.dt_s * (self.speed_rad_s - wheel);
-        }
-        let volts = duty.clamp(-1.0, 1.0) * self.spec.supply_v;
+        self.links.twist(self.dt_s, self.speed_rad_s, wheel_rad_s);
+        let volts = duty.clamp(-1.0, 1.0) * self.spec.supply_v * self.strength;
         let before = self.speed_rad_s;
-        let after = self.speed_after(volts, wheel_rad_s);
+        let mut after = self.speed_after(volts, wheel_rad_s);
+        while self.links.part(after, wheel_rad_s) {
+            after = self.speed_after(volts, wheel_rad_s);
+        }
         let mean = 0.5 * (before + after);
-        self.current_a = {
+        self.current_a = if self.is_open() {
+            0.0
+        } else {
             let steady = self.steady_current(volts, mean);
             steady + (self.current_a - steady) * self.transient_end
         };
         self.speed_rad_s = after;
         self.angle_rad += self.dt_s * mean;
-        let Links { stiffness_n_m_rad, damping_n_m_s } = self.links;
-        [0, 1].map(|i| stiffness_n_m_rad * self.twist_rad[i] + damping_n_m_s * (after - wheel_rad_s[i]))
+        self.links.torques(after, wheel_rad_s)
     }
 
     fn steady_current(&self, volts: f64, wheel_side_rad_s: f64) -> f64 {
@@ -119,6 +121,9 @@ impl Drive {
 
     /// Mean current over a tick that ends at `after`.
     fn mean_current(&self, volts: f64, after: f64) -> f64 {
+        if self.is_open() {
+            return 0.0;
+        }
         let steady = self.steady_current(volts, 0.5 * (self.speed_rad_s + after));
         steady + (self.current_a - steady) * self.transient_mean
     }
@@ -154,22 +159,28 @@ impl Drive {
         let torque_per_a = passed * self.spec.gear_ratio * self.spec.motor_constant;
         // The mean current is linear in `after`: its value at after = 0, and its slope.
         let at_rest = self.mean_current(volts, 0.0);
-        let slope =
-            (1.0 - self.transient_mean) * self.spec.motor_constant * self.spec.gear_ratio / (2.0 * self.spec.resistance_ohm);
-        let Links { stiffness_n_m_rad, damping_n_m_s } = self.links;
-        let [front, rear] = self.twist_rad;
-        let links_at_rest = stiffness_n_m_rad * (front + rear) - damping_n_m_s * (wheel_rad_s[0] + wheel_rad_s[1]);
+        let slope = if self.is_open() {
+            0.0
+        } else {
+            (1.0 - self.transient_mean) * self.spec.motor_constant * self.spec.gear_ratio / (2.0 * self.spec.resistance_ohm)
+        };
         Balance {
             numerator: self.inertia_kg_m2 * self.speed_rad_s / self.dt_s + torque_per_a * at_rest
-                - links_at_rest
+                - self.links.torque_at_rest(wheel_rad_s)
                 - direction * self.friction_n_m,
-            denominator: self.inertia_kg_m2 / self.dt_s + torque_per_a * slope + 2.0 * damping_n_m_s,
+            denominator: self.inertia_kg_m2 / self.dt_s + torque_per_a * slope + self.links.torque_per_speed(),
         }
     }
 
     /// Current in the winding at the end of the tick, in A.
     pub fn current_a(&self) -> f64 {
         self.current_a
+    }
+
+    /// Energy of rotor, links and winding, in J.
+    pub fn energy_j(&self) -> f64 {
+        let rotor = 0.5 * self.inertia_kg_m2 * self.speed_rad_s * self.speed_rad_s;
+        rotor + self.links.energy_j() + 0.5 * self.spec.inductance_h * self.current_a * self.current_a
     }
 
     /// Angle of the motor's shaft since the start, divided by the gear ratio, in radians.

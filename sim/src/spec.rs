@@ -1,6 +1,8 @@
 //! The numbers that make the robot's body. The paper gives none of them: every value of [`RobotSpec::incra1`] is an
 //! assumption, chosen so that the robot fits a 0.3 m duct and turns on the spot in a 0.5 m one.
 
+use crate::drive::GRAVITY_M_S2;
+
 /// The body: chassis, wheels, drive, encoders. Lengths in metres, base frame (on the floor, midway between the wheels).
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotSpec {
@@ -33,6 +35,15 @@ pub struct RobotSpec {
     /// Torsional stiffness of the mechanical link from a side's motor to each of its wheels, seen at the wheel, in N m/rad.
     /// The simulation holds at most (wheel inertia) (physics rate)^2, 138 N m/rad for INCRA I at 1200 Hz.
     pub link_stiffness_n_m_rad: f64,
+    /// Play (backlash) of each of those links, seen at the wheel, in rad: a wheel turns half of it either way against the gear,
+    /// and the two wheels of a side the whole of it either way against each other. 0 is none.
+    pub link_slack_rad: f64,
+    /// Radial compliance of a wheel, in m/N: how much nearer the axle comes to the floor for each newton of load. 0 is a rigid
+    /// wheel. Across and around, wheels stay rigid; around, [`RobotSpec::link_stiffness_n_m_rad`] can stand for link and tyre in
+    /// series.
+    pub wheel_compliance_m_n: f64,
+    /// Damping of compliant wheels, as a share of what would be critical for a quarter of the robot's mass.
+    pub wheel_damping_ratio: f64,
     /// Coefficient of rolling resistance: torque that opposes rolling, as a share of wheel load times wheel radius.
     pub rolling_resistance: f64,
     /// Friction coefficient of chassis, mast and wheel flanks on walls and solids.
@@ -85,6 +96,9 @@ impl RobotSpec {
             mast_width_m: 0.04,
             centre_of_mass_m: [0.0, 0.055],
             link_stiffness_n_m_rad: 100.0,
+            link_slack_rad: 0.0,
+            wheel_compliance_m_n: 0.0,
+            wheel_damping_ratio: 0.1,
             rolling_resistance: 0.01,
             body_friction: 0.3,
             mount_rate_rad_s: 2.0,
@@ -107,6 +121,13 @@ impl RobotSpec {
     pub fn chi(&self) -> f64 {
         let ratio = self.wheelbase_m / self.track_m;
         1.0 + ratio * ratio
+    }
+
+    /// Weight on a front and on a rear wheel at rest on a level floor, in N.
+    pub fn wheel_loads_n(&self) -> [f64; 2] {
+        let half_n = self.mass_kg * GRAVITY_M_S2 / 2.0;
+        let front = 0.5 + self.centre_of_mass_m[0] / self.wheelbase_m;
+        [half_n * front, half_n * (1.0 - front)]
     }
 
     /// Metres along the floor for one encoder count.

@@ -2,6 +2,9 @@
 
 use crate::spec::{DriveSpec, RobotSpec};
 
+/// More play than this is a broken link: a tenth of a turn or so.
+const LARGEST_SLACK_RAD: f64 = 0.6;
+
 /// A number of the robot that cannot be.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{field} is {value}; {rule}")]
@@ -52,9 +55,11 @@ impl RobotSpec {
             positive(field, value)?;
         }
         not_negative("rolling_resistance", self.rolling_resistance)?;
+        not_negative("wheel_damping_ratio", self.wheel_damping_ratio)?;
         not_negative("body_friction", self.body_friction)?;
         self.check_layout()?;
         self.check_mass()?;
+        self.check_give()?;
         self.drive.validate()
     }
 
@@ -101,6 +106,23 @@ impl RobotSpec {
         let lowest_m = wheels_kg * self.wheel_radius_m / self.mass_kg;
         check("centre_of_mass_m[1]", z_m, z_m > lowest_m && z_m < self.highest_m, || {
             format!("it must lie above {lowest_m:.4} m (the wheels' share) and below the highest point")
+        })
+    }
+
+    fn check_give(&self) -> Result<(), SpecError> {
+        let slack = self.link_slack_rad;
+        check("link_slack_rad", slack, (0.0..=LARGEST_SLACK_RAD).contains(&slack), || {
+            format!("it must be from 0 to {LARGEST_SLACK_RAD} rad")
+        })?;
+        // Loads lie between the axles by now. A wheel flattened further is no wheel, and a chassis so low rests on the floor.
+        let deepest_m = (self.wheel_radius_m / 4.0).min(self.ground_clearance_m / 2.0);
+        let most_m_n = deepest_m / self.wheel_loads_n().into_iter().fold(0.0, f64::max);
+        let compliance = self.wheel_compliance_m_n;
+        check("wheel_compliance_m_n", compliance, (0.0..=most_m_n).contains(&compliance), || {
+            format!(
+                "it must be from 0 to {most_m_n:.3e} m/N: its load may press a wheel in by a quarter of its radius and by half of the \
+                 ground clearance, here {deepest_m:.4} m"
+            )
         })
     }
 
@@ -156,7 +178,7 @@ mod tests {
     #[test]
     fn each_impossible_number_is_named() {
         type Spoil = fn(&mut RobotSpec);
-        let cases: [(&str, Spoil); 12] = [
+        let cases: [(&str, Spoil); 19] = [
             ("mass_kg", |r| r.mass_kg = 0.0),
             ("mass_kg", |r| r.mass_kg = 0.4),
             ("wheelbase_m", |r| r.wheelbase_m = 0.07),
@@ -167,6 +189,14 @@ mod tests {
             ("mast_x_m", |r| r.mast_x_m = 0.15),
             ("centre_of_mass_m[0]", |r| r.centre_of_mass_m[0] = -0.09),
             ("centre_of_mass_m[1]", |r| r.centre_of_mass_m[1] = 0.001),
+            ("wheel_mass_kg", |r| r.wheel_mass_kg = 0.0),
+            ("link_slack_rad", |r| r.link_slack_rad = -0.01),
+            ("link_slack_rad", |r| r.link_slack_rad = 1.0),
+            // A quarter of 40 mm under 12.3 N is 0.82 mm/N.
+            ("wheel_compliance_m_n", |r| r.wheel_compliance_m_n = 0.9e-3),
+            ("wheel_compliance_m_n", |r| r.wheel_compliance_m_n = f64::NAN),
+            ("wheel_damping_ratio", |r| r.wheel_damping_ratio = -0.1),
+            ("drive.rotor_inertia_kg_m2", |r| r.drive.rotor_inertia_kg_m2 = 0.0),
             ("drive.gear_efficiency", |r| r.drive.gear_efficiency = 1.2),
             ("drive.resistance_ohm", |r| r.drive.resistance_ohm = f64::INFINITY),
         ];

@@ -7,18 +7,20 @@ use ductloop_nav::messages::{Counts, Sides, Tick};
 use ductloop_nav::rig::MountAngles;
 use nalgebra::{Point3, Vector3};
 use rapier3d::math::Vector;
-use rapier3d::prelude::{ColliderHandle, FrictionModel, IntegrationParameters, PhysicsWorld, SpringCoefficients};
+use rapier3d::prelude::{PhysicsWorld, RigidBodyHandle};
 
 use crate::chassis::Chassis;
 use crate::clearance::Outline;
 use crate::colliders;
 use crate::collision::{CollisionCounter, Collisions, Motion, touch};
 use crate::convert;
+use crate::disturbance::{Disturbance, PushFrame};
 use crate::drive::{Drive, GRAVITY_M_S2};
 use crate::encoder;
 use crate::ground::Ground;
 use crate::mount::PanTilt;
 use crate::seams::SeamFilter;
+use crate::settings;
 use crate::spec::RobotSpec;
 use crate::spec_check::SpecError;
 use crate::truth::{self, Truth};
@@ -87,8 +89,9 @@ pub struct World {
     cell: CellId,
     segment: usize,
     wheel_cells: [CellId; 4],
-    /// Friction under each wheel; what its ball collider has.
+    /// Friction of the floor under each wheel; its ball collider has this times the disturbance's share.
     grip: [f64; 4],
+    disturbance: Disturbance,
     /// Whether the floors differ, so that grip must be looked up.
     floors_differ: bool,
 }
@@ -120,7 +123,7 @@ impl World {
         }
 
         let mut physics = PhysicsWorld { gravity: Vector::new(0.0, 0.0, -GRAVITY_M_S2), ..PhysicsWorld::default() };
-        physics.integration_parameters = parameters(physics_hz);
+        physics.integration_parameters = settings::parameters(physics_hz);
         colliders::insert(&walls, &mut physics.colliders);
         let grip = floor_grip(network, ground, cell).ok_or(SimError::NoFriction(0))?;
         let chassis =
@@ -144,6 +147,7 @@ impl World {
             segment: network.cells[cell].fitting,
             wheel_cells: [cell; 4],
             grip: [grip; 4],
+            disturbance: Disturbance::default(),
             floors_differ,
         })
     }
@@ -153,16 +157,37 @@ impl World {
         self.physics.gravity = convert::vector(&gravity_m_s2);
     }
 
+    /// From now on, until it is called again, this disturbs the robot. It takes the place of all that did before.
+    pub fn disturb(&mut self, disturbance: Disturbance) {
+        if disturbance == self.disturbance {
+            return;
+        }
+        self.disturbance = disturbance;
+        for wheel in 0..4 {
+            self.set_friction(wheel);
+        }
+        let Sides { left, right } = self.disturbance.motor_strength;
+        self.drives[0].set_strength(left);
+        self.drives[1].set_strength(right);
+        self.physics.bodies[self.chassis.body].reset_forces(false);
+    }
+
+    /// What disturbs the robot.
+    pub fn disturbance(&self) -> &Disturbance {
+        &self.disturbance
+    }
+
     /// Lets one tick pass with this duty on the motors, in [-1, 1] of the supply (clamped).
     ///
     /// # Errors
     /// If the state stops being finite.
     pub fn step(&mut self, duty: Sides) -> Result<(), SimError> {
         let tick = self.tick + 1;
-        if !(duty.left.is_finite() && duty.right.is_finite()) {
+        if !(duty.left.is_finite() && duty.right.is_finite() && self.disturbance.is_finite()) {
             return Err(SimError::NonFinite { tick });
         }
         self.drive(duty);
+        self.push();
         if self.floors_differ {
             self.grip();
         }
@@ -204,11 +229,31 @@ impl World {
         body.add_torque(axle * -torques.iter().sum::<f64>(), false);
     }
 
+    /// Puts the push, if there is one, on the chassis.
+    fn push(&mut self) {
+        let Some(push) = self.disturbance.push else { return };
+        let body = &mut self.physics.bodies[self.chassis.body];
+        let force = convert::vector(&push.force_n);
+        let force = match push.frame {
+            PushFrame::World => force,
+            PushFrame::Base => body.rotation() * force,
+        };
+        let at = body.translation() + body.rotation() * Vector::new(0.0, 0.0, self.robot.centre_of_mass_m[1]);
+        body.reset_forces(false);
+        // Adds to the torque that `drive` has just set anew.
+        body.add_force_at_point(force, at, false);
+    }
+
+    /// Gives a wheel's ball its friction.
+    fn set_friction(&mut self, wheel: usize) {
+        let friction = self.grip[wheel] * self.disturbance.grip_scale[wheel].max(0.0);
+        self.physics.colliders[self.chassis.treads[wheel]].set_friction(friction);
+    }
+
     /// Gives each wheel the friction of the floor under it.
     fn grip(&mut self) {
-        let Self { physics, chassis, .. } = self;
         for i in 0..4 {
-            let centre = Point3::from(convert::from_vector(physics.bodies[chassis.wheels[i]].translation()));
+            let centre = Point3::from(convert::from_vector(self.physics.bodies[self.chassis.wheels[i]].translation()));
             let near = self.wheel_cells[i];
             let cell = self.network.cell_at(&centre, near).unwrap_or(near);
             self.wheel_cells[i] = cell;
@@ -216,8 +261,7 @@ impl World {
                 && friction != self.grip[i]
             {
                 self.grip[i] = friction;
-                let tread: ColliderHandle = chassis.treads[i];
-                physics.colliders[tread].set_friction(friction);
+                self.set_friction(i);
             }
         }
     }
@@ -266,33 +310,21 @@ impl World {
         }
     }
 
+    /// Energy of the robot: kinetic, in the field of gravity (0 at the world's origin), in links and windings, in J. Without what the
+    /// contacts and compliant wheels store, which the engine does not tell: microjoules, and [`crate::axle`]'s springs.
+    pub fn energy_j(&self) -> f64 {
+        let Self { physics, chassis, drives, .. } = self;
+        let mechanical = |handle: RigidBodyHandle| {
+            let body = &physics.bodies[handle];
+            body.kinetic_energy() - body.mass() * physics.gravity.dot(body.center_of_mass())
+        };
+        let bodies = mechanical(chassis.body) + chassis.wheels.iter().map(|wheel| mechanical(*wheel)).sum::<f64>();
+        bodies + drives.iter().map(Drive::energy_j).sum::<f64>()
+    }
+
     /// What the robot has bumped into so far.
     pub fn collisions(&self) -> Collisions {
         self.counter.collisions()
-    }
-}
-
-/// The engine's settings. Each that is not the default says why.
-fn parameters(physics_hz: u32) -> IntegrationParameters {
-    let hz = f64::from(physics_hz);
-    IntegrationParameters {
-        dt: 1.0 / hz,
-        // One friction cone a contact point. The default merges points and distorts turning.
-        friction_model: FrictionModel::Coulomb,
-        // Tolerances for a machine of decimetres: slop 0.5 mm, prediction 2 mm. The defaults are for people.
-        length_unit: 0.1,
-        // On, it freezes the wheels' contacts while they creep.
-        contact_recycling: false,
-        // At a millimetre a tick nothing can pass a 2.5 mm slab.
-        max_ccd_substeps: 0,
-        // As stiff as the tick allows: at 1200 Hz, 300 Hz lets the robot sink 0.03 mm, the default's 60 Hz 0.7 mm, which makes
-        // it 0.9 % slower than its wheels. 400 Hz at the default's damping ratio of 10 is unstable.
-        static_contact_softness: SpringCoefficients { natural_frequency: hz / 4.0, damping_ratio: 3.0 },
-        // Substeps times sweeps, measured: 2 x 2 drifts 0.014 mm in 10 m at 108 000 steps/s, 2 x 1 0.075 mm at 115 000, the
-        // default 4 x 1 0.019 mm at 52 000; 1 x 1 swerves.
-        num_solver_iterations: 2,
-        num_internal_pgs_iterations: 2,
-        ..IntegrationParameters::default()
     }
 }
 
