@@ -1,6 +1,7 @@
 //! A camera image, of 8 bits a value or of more.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
 use ductloop_nav::messages::{Frame, Pixels};
 use ductloop_nav::rig::Camera;
@@ -78,17 +79,19 @@ impl GreyImage {
         }
     }
 
-    /// Multiplies the light of each pixel (column, row): what its value is above `black_dn`, in DN of 8 bits.
-    pub fn scale_light(&mut self, black_dn: f64, factor: impl Fn(usize, usize) -> f64) {
+    /// Multiplies the light of the pixels in `columns` and `rows` (as far as they are in the image) by a factor of (column, row): what
+    /// their value is above `black_dn`, in DN of 8 bits.
+    pub fn scale_light(&mut self, black_dn: f64, [columns, rows]: [Range<usize>; 2], factor: impl Fn(usize, usize) -> f64) {
         let (width_px, max_dn) = (self.width_px, f64::from(self.bits.max_dn()));
         let black = black_dn * max_dn / 255.0;
-        let scaled = |i: usize, value: f64| {
-            let light = (value - black) * factor(i % width_px, i / width_px);
-            (black + light).round().clamp(0.0, max_dn)
-        };
-        match &mut self.values {
-            Values::Grey8(values) => values.iter_mut().enumerate().for_each(|(i, v)| *v = scaled(i, f64::from(*v)) as u8),
-            Values::Grey16(values) => values.iter_mut().enumerate().for_each(|(i, v)| *v = scaled(i, f64::from(*v)) as u16),
+        for v in rows.start..rows.end.min(self.height_px) {
+            for u in columns.start..columns.end.min(width_px) {
+                let scaled = |value: f64| (black + (value - black) * factor(u, v)).round().clamp(0.0, max_dn);
+                match &mut self.values {
+                    Values::Grey8(values) => values[v * width_px + u] = scaled(f64::from(values[v * width_px + u])) as u8,
+                    Values::Grey16(values) => values[v * width_px + u] = scaled(f64::from(values[v * width_px + u])) as u16,
+                }
+            }
         }
     }
 

@@ -4,6 +4,7 @@
 //! it is. Dirt on a front lens is far out of focus: blotches with soft edges, dark in their middle.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 
 use ductloop_nav::messages::{Counts, Pixels, Tick};
 use ductloop_nav::rig::MountAngles;
@@ -85,12 +86,13 @@ pub fn spoil(image: &mut GreyImage, active: &ActiveFaults<'_>, seed: u64, black_
     for fault in active.iter() {
         match fault.kind {
             FaultKind::LensDirt { share } => {
-                let blotches = blotches(seed, fault.index, share, image.size_px());
-                image.scale_light(black_dn, |u, v| blotches.iter().fold(1.0, |light, blotch| light * blotch.transmits(u, v)));
+                for blotch in blotches(seed, fault.index, share, image.size_px()) {
+                    image.scale_light(black_dn, blotch.extent(), |u, v| blotch.transmits(u, v));
+                }
             }
             FaultKind::GainDrift { rate_1_s } => {
                 let gain = libm::exp(rate_1_s * fault.since_s);
-                image.scale_light(black_dn, |_, _| gain);
+                image.scale_light(black_dn, image.size_px().map(|size| 0..size), |_, _| gain);
             }
             _ => {}
         }
@@ -105,6 +107,11 @@ struct Blotch {
 }
 
 impl Blotch {
+    /// The columns and rows that it reaches into.
+    fn extent(&self) -> [Range<usize>; 2] {
+        self.centre_px.map(|centre| (centre - self.radius_px).max(0.0) as usize..(centre + self.radius_px).ceil() as usize + 1)
+    }
+
     /// What it lets through at a pixel: a smooth step from its middle to its rim.
     fn transmits(&self, u: usize, v: usize) -> f64 {
         let (du, dv) = (u as f64 - self.centre_px[0], v as f64 - self.centre_px[1]);
