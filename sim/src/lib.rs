@@ -5,7 +5,7 @@
 //! - [`spec`]: the numbers of the body, checked by [`spec_check`];
 //! - [`drive`]: a side's DC motor, gear and the links to its two wheels: duty and wheel speeds in, wheel torques out;
 //! - [`encoder`]: the motor shaft's angle as counts;
-//! - [`mount`]: pan and tilt behind a rate limit;
+//! - [`mount`]: pan and tilt behind a rate limit, with play and encoders;
 //! - [`outline`]: the convex parts of the robot, which collide and have a clearance;
 //! - [`chassis`]: those parts as Rapier bodies and joints;
 //! - [`opening`], [`walls`], [`colliders`]: the duct's faces without their portals, as slabs, as colliders;

@@ -17,7 +17,7 @@ use crate::convert;
 use crate::drive::{Drive, GRAVITY_M_S2};
 use crate::encoder;
 use crate::ground::Ground;
-use crate::mount::PanTilt;
+use crate::mount::{Gearing, PanTilt};
 use crate::seams::SeamFilter;
 use crate::spec::RobotSpec;
 use crate::spec_check::SpecError;
@@ -236,6 +236,16 @@ impl World {
     /// Where the mount points.
     pub fn mount(&self) -> MountAngles {
         self.mount.angles()
+    }
+
+    /// What the mount's encoders read.
+    pub fn mount_reading(&self) -> MountAngles {
+        self.mount.reading()
+    }
+
+    /// Gives the mount play and encoders other than perfect ones.
+    pub fn fit_mount(&mut self, gearing: Gearing) {
+        self.mount.fit(gearing);
     }
 
     /// Points the mount; it goes there at its own rate.
