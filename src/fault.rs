@@ -49,9 +49,14 @@ impl ActiveFaults<'_> {
                     view.laser_power.fill(0.0);
                     view.headlamp_power = 0.0;
                 }
-                FaultKind::WheelsSwapped => {}
+                FaultKind::WheelsSwapped | FaultKind::LinkLost => {}
             }
         }
+    }
+
+    /// Whether commands reach wheel and mount controller.
+    pub fn link_is_up(&self) -> bool {
+        !self.kinds().any(|kind| kind == FaultKind::LinkLost)
     }
 
     /// The wheel speeds that reach the wheel controller.

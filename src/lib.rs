@@ -24,10 +24,12 @@ mod canvas;
 pub mod closed_loop;
 #[cfg(feature = "cli")]
 pub mod contact_sheet;
+mod controllers;
 mod derived;
 pub mod engine;
 pub mod fault;
 pub mod grey_image;
+pub mod link;
 pub mod metrics;
 #[cfg(feature = "cli")]
 pub mod output;
@@ -47,6 +49,7 @@ mod single_run;
 #[cfg(feature = "cli")]
 pub mod stage_picture;
 pub mod stage_scores;
+mod stream;
 #[cfg(feature = "cli")]
 pub mod truth_picture;
 pub mod viewpoint;

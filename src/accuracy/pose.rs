@@ -7,6 +7,8 @@ use nalgebra::{Translation3, Vector3};
 
 use crate::scenario::Scenario;
 use crate::scenario::accuracy_file::Poses;
+use crate::stream::uniform;
+use crate::stream::uniform;
 
 /// A pose of the base in the duct, and how wide the duct is there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,18 +72,6 @@ impl Pose {
         let turned = rotation_about_z(self.heading_rad);
         centreline.pose_at(self.distance_m) * Transform::from_parts(beside, turned.into())
     }
-}
-
-/// A number from 0 to 1, of (seed, index, stream) alone: SplitMix64 (Steele, Lea, Flood, OOPSLA 2014) over the three in turn.
-fn uniform(seed: u64, index: u64, stream: u64) -> f64 {
-    let mix = |z: u64| {
-        let z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    };
-    // 53 bits are what an f64 holds.
-    (mix(mix(mix(seed) ^ index) ^ stream) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 #[cfg(test)]

@@ -111,6 +111,7 @@ impl<'a> Time<'a> {
                 }
                 FaultKind::FrameBlank => "fault: blank frames".to_owned(),
                 FaultKind::WheelsSwapped => "fault: wheels swapped".to_owned(),
+                FaultKind::LinkLost => "fault: link lost".to_owned(),
             };
             bands.push(Band { x: [fault.at_s, to], class: "fault", label });
         }

@@ -218,6 +218,7 @@ pub(super) fn faults(layered: &Table, rig: &Rig, typed: &Typed, checked: &mut Ch
         let kind = match fault.text("kind") {
             Some("frame-blank") => Some(FaultKind::FrameBlank),
             Some("wheels-swapped") => Some(FaultKind::WheelsSwapped),
+            Some("link-lost") => Some(FaultKind::LinkLost),
             Some(_) => laser_off(&fault, rig, &path, typed, checked),
             None => None,
         };

@@ -188,6 +188,7 @@ fn faults(scenario: &Scenario) -> Vec<Node> {
             FaultKind::LaserOff { laser } => ("laser-off", Some(laser)),
             FaultKind::FrameBlank => ("frame-blank", None),
             FaultKind::WheelsSwapped => ("wheels-swapped", None),
+            FaultKind::LinkLost => ("link-lost", None),
         };
         let laser = laser.map(|i| scenario.rig.lasers.get(i).map_or_else(|| format!("laser {i}"), |l| l.name.clone()));
         node(Value::Table(element([

@@ -5,9 +5,9 @@ use super::{Default, Field, Kind, TableRow};
 pub(super) const TABLES: &[TableRow] = &[TableRow::new("fault[]", "Something that goes wrong on purpose, from a time on.")];
 
 pub(super) const FIELDS: &[Field] = &[
-    Field::of_element("fault[].kind", Kind::Word(&["laser-off", "frame-blank", "wheels-swapped"]))
+    Field::of_element("fault[].kind", Kind::Word(&["laser-off", "frame-blank", "wheels-swapped", "link-lost"]))
         .required("\"laser-off\"")
-        .about("A laser goes dark, frames come without light, or left and right wheel commands are swapped."),
+        .about("A laser goes dark, frames come without light, left and right wheel commands are swapped, or no command reaches wheels and mount."),
     Field::of_element("fault[].at_s", Kind::Number { min: 0.0, max: 36_000.0 })
         .unit("s")
         .required("8.0")
