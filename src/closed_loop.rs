@@ -7,29 +7,33 @@
 //! wheels    duty        duty        duty                                   (200 Hz)
 //! ```
 //!
-//! A command takes effect one frame after the exposure that it was decided on: the time a real robot needs to read out and
-//! think. Nothing passes to the navigator but frame, counts, mount angles and tick.
+//! A command sets out one frame after the exposure that it was decided on, the time a real robot needs to read out and think, and
+//! takes effect when the link ([`crate::link`]) has carried it: at once, unless a scenario says otherwise. Nothing passes to the navigator but frame, counts, mount angles and tick.
 
 use std::ops::ControlFlow;
 
 use ductloop_duct::network::{Network, NetworkError};
-use ductloop_nav::messages::{Command, Counts, Sides};
-use ductloop_nav::navigator::{Navigator, State};
+use ductloop_nav::messages::{Command, Counts};
+use ductloop_nav::navigator::State;
 use ductloop_nav::rig::{MountAngles, Rig};
-use ductloop_nav::wheel_controller::WheelController;
+use ductloop_nav::wheel_controller::scaling::ScalingError;
 use ductloop_sensor::renderer::{MAX_LASERS, RenderError, Renderer, View};
 use ductloop_sim::ground::Ground;
+use ductloop_sim::mount::Gearing;
 use ductloop_sim::truth::Truth;
 use ductloop_sim::world::{SimError, World};
 use nalgebra::Point3;
 
+use crate::controllers::Controllers;
 use crate::fault::Faults;
+use crate::fault::encoder::FaultyEncoders;
 use crate::grey_image::GreyImage;
-use crate::pilot::{Pilot, TruthFeed};
+use crate::head::{Exposure, Head};
+use crate::pilot::Pilot;
 use crate::record::{EndState, FrameRecord, KeyFrames, RunRecord};
 use crate::run_hash::RunHash;
-use crate::scenario::Scenario;
-use crate::stage_scores::{TruthScene, score};
+use crate::scenario::{MountControl, Scenario};
+use crate::stage_scores::{Score, TruthScene, score};
 use crate::viewpoint::{motion, world_from_camera};
 
 /// Why a run could not go on.
@@ -41,6 +45,9 @@ pub enum RunError {
     /// The physics failed.
     #[error("{0}")]
     Sim(#[from] SimError),
+    /// The wheel controller cannot be had in integers. A scenario that was read or validated never gives this.
+    #[error("the wheel controller cannot reckon in 16-bit integers: {0}")]
+    WheelControl(#[from] ScalingError),
     /// There is no image.
     #[error("{0}")]
     Render(#[from] RenderError),
@@ -72,7 +79,7 @@ pub enum Pace {
     Overlapped,
 }
 
-/// A navigator that has stopped is given this long to come to rest before the run ends.
+/// A navigator that has stopped, or wheels brought down for want of commands, is given this long to come to rest before the run ends.
 const STOPPED_S: f64 = 1.0;
 
 /// Runs a scenario to its end. `watch` sees every frame and its image, and may break the run off.
@@ -143,23 +150,26 @@ impl<'a> ClosedLoop<'a> {
         let time_s = self.body.time_s();
         let active = self.faults.at(time_s);
 
-        // The command decided on the frame before takes effect now.
+        // The command decided on the frame before sets out now, and takes effect as soon as the link has carried it.
         if let Some(command) = self.pending.take() {
-            self.body.wheels.command(active.wheel_speeds(command.wheel_speed_rad_s));
-            self.body.world.point_mount(command.mount);
+            let wheel_speeds = active.wheel_speeds(command.wheel_speed_rad_s);
+            self.body.controllers.send(tick, wheel_speeds, &command, active.link_is_up());
             self.exposure_s = command.exposure_s.unwrap_or(self.exposure_s);
             self.laser_power = command.laser_power.unwrap_or(self.laser_power);
         }
 
         // Exposure: truth, counts and mount angles belong to the same tick as the image.
-        let (truth, counts, mount) = (self.body.world.truth(), self.body.world.counts(), self.body.world.mount());
+        let (truth, counts) = (self.body.world.truth(), self.body.counts());
+        let mount = active.mount_read(self.body.world.mount_reading());
+        let camera = self.body.world.mount();
+        let body_record = self.body.controllers.record(camera);
         let collisions = self.body.world.collisions();
         if let Some(end) = self.end(&truth) {
             return Ok(ControlFlow::Break(end));
         }
         let mut view = self.body.view(
             &truth,
-            mount,
+            camera,
             self.frames.len() as u64,
             self.exposure_s,
             self.scenario.laser_powers(self.laser_power),
@@ -169,30 +179,40 @@ impl<'a> ClosedLoop<'a> {
 
         // The navigator reads the frame while the body moves on; its command waits for the next one.
         let (head, body) = (&mut self.head, &mut self.body);
-        let width_m = body.width_at(&truth);
-        let mut look = || head.look(&view, &truth, width_m, counts, mount, tick);
+        let true_errors = [truth.lateral_m, truth.heading_rad, body.width_at(&truth)];
+        let exposure = Exposure { view: &view, truth: true_errors, counts, mount, tick };
+        let mut look = || head.look(&exposure, &active);
+        let faults_of_the_run = &self.faults;
         let ticks = self.scenario.rates.ticks_per_frame();
         // What the frame truly shows, for the scores: a camera outside the duct fails in `look`, which says so.
         let scene = &self.scene;
         let shown =
             || scene.of(&truth.world_from_base, &view.world_from_camera, truth.cell, &view.laser_power).unwrap_or_default();
         let (command, moved, shown) = match self.pace {
-            Pace::Alone => (look(), body.advance(ticks), shown()),
+            Pace::Alone => (look(), body.advance(ticks, faults_of_the_run), shown()),
             Pace::Overlapped => std::thread::scope(|scope| {
                 let looking = scope.spawn(look);
-                let (moved, shown) = (body.advance(ticks), shown());
+                let (moved, shown) = (body.advance(ticks, faults_of_the_run), shown());
                 (looking.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), moved, shown)
             }),
         };
-        let command = command?;
-        self.pending = Some(command);
+        // Where no frame arrived nothing is said to the body, which goes on as it was told last.
+        let decided = command?;
+        self.pending = decided;
+        let command = decided.or(self.frames.last().map(|frame| frame.command)).unwrap_or(Command::stop(mount));
 
-        let report = self.head.navigator.report();
-        let (frame, image) = (self.frames.len() as u64, &self.head.image);
+        let report = self.head.report(decided.is_some());
+        let (frame, image) = (self.frames.len() as u64, self.head.image());
         self.hash.frame(tick, &truth, image, counts, &command);
         self.key_frames.offer(frame, image, report.stages.lines);
-        self.stopped_frames = if report.state == State::Stopped { self.stopped_frames + 1 } else { 0 };
-        let score = score(&self.scene, &shown, &report.stages, &report.measurement, truth.lateral_m, truth.heading_rad);
+        let stopped = report.state == State::Stopped || self.body.controllers.are_down();
+        self.stopped_frames = if stopped { self.stopped_frames + 1 } else { 0 };
+        // What was made of another frame is not held against this one.
+        let score = if self.head.is_fresh() {
+            score(&self.scene, &shown, &report.stages, &report.measurement, truth.lateral_m, truth.heading_rad)
+        } else {
+            Score::default()
+        };
         let record = FrameRecord {
             frame,
             tick,
@@ -201,6 +221,7 @@ impl<'a> ClosedLoop<'a> {
             collisions,
             counts,
             mount,
+            body: body_record,
             measurement: report.measurement,
             score,
             state: report.state,
@@ -250,52 +271,19 @@ impl<'a> ClosedLoop<'a> {
     }
 }
 
-/// The robot's head: the camera, and the navigator behind it.
-struct Head<'a> {
-    renderer: &'a mut dyn Renderer,
-    navigator: Box<dyn Navigator>,
-    truth: Option<TruthFeed>,
-    image: GreyImage,
-}
-
-impl<'a> Head<'a> {
-    fn new(scenario: &Scenario, pilot: Pilot, renderer: &'a mut dyn Renderer) -> Self {
-        let image = GreyImage::black(&scenario.rig.camera, scenario.optics.ccd.bits);
-        let Pilot { navigator, truth } = pilot;
-        Self { renderer, navigator, truth, image }
-    }
-
-    /// Exposes a frame and has the navigator decide on it.
-    fn look(
-        &mut self,
-        view: &View,
-        truth: &Truth,
-        width_m: f64,
-        counts: Counts,
-        mount: MountAngles,
-        tick: u64,
-    ) -> Result<Command, RenderError> {
-        self.renderer.render(view, self.image.room())?;
-        if let Some(feed) = &self.truth {
-            feed.set(truth.lateral_m, truth.heading_rad, width_m);
-        }
-        Ok(self.navigator.on_frame(&self.image.frame(), counts, mount, tick))
-    }
-}
-
-/// The robot's body in its duct: physics, and the wheel controller that drives it.
+/// The robot's body in its duct: physics, and the controllers that drive its wheels and its mount.
 struct Body {
     world: World,
     network: Network,
-    wheels: WheelController,
-    duty: Sides,
+    controllers: Controllers,
+    /// None where no fault touches encoders.
+    encoders: Option<FaultyEncoders>,
     ticks_per_s: f64,
-    ticks_per_wheel_control: u64,
     finish_m: f64,
     /// The rig as it truly is, and by how much its mount points elsewhere than it reports.
     rig: Rig,
     mount_error: MountAngles,
-    /// Where the mount reported to point a tick ago: from it follows how fast it turns.
+    /// Where the camera pointed on its mount a tick ago: from it follows how fast it turns.
     mount_before: MountAngles,
 }
 
@@ -305,17 +293,16 @@ impl Body {
         let ground = Ground::new(scenario.surfaces.iter().map(|s| s.friction).collect());
         let start = scenario.world_from_start(&network);
         let rates = scenario.rates;
-        let world = World::new(&network, &scenario.robot, &ground, &start, scenario.rig.mount.rest, rates.physics_hz)?;
-        let period_s = 1.0 / f64::from(rates.wheel_control_hz);
-        let counts_per_wheel_turn = scenario.robot.drive.counts_per_wheel_turn();
+        let mut world = World::new(&network, &scenario.robot, &ground, &start, scenario.rig.mount.rest, rates.physics_hz)?;
+        let MountControl { backlash_rad, encoder_step_rad, .. } = scenario.mount_control;
+        world.fit_mount(Gearing { backlash_rad, encoder_step_rad });
         let rig = scenario.actual_rig();
         let (actual, nominal) = (rig.mount.rest, scenario.rig.mount.rest);
         Ok(Self {
             world,
-            wheels: WheelController::new(scenario.wheel_gains(), period_s, counts_per_wheel_turn),
-            duty: Sides::default(),
+            controllers: Controllers::new(scenario)?,
+            encoders: scenario.faults.iter().any(|fault| fault.kind.is_of_encoders()).then(|| FaultyEncoders::new(scenario.seed)),
             ticks_per_s: f64::from(rates.physics_hz),
-            ticks_per_wheel_control: rates.ticks_per_wheel_control(),
             finish_m: scenario.finish_m(&network),
             network,
             mount_error: MountAngles { pan_rad: actual.pan_rad - nominal.pan_rad, tilt_rad: actual.tilt_rad - nominal.tilt_rad },
@@ -328,14 +315,23 @@ impl Body {
         self.world.tick() as f64 / self.ticks_per_s
     }
 
-    /// Physics ticks, and the wheel controller's where they are due.
-    fn advance(&mut self, ticks: u64) -> Result<(), SimError> {
+    /// What the encoders read.
+    fn counts(&self) -> Counts {
+        self.encoders.as_ref().map_or_else(|| self.world.counts(), FaultyEncoders::read)
+    }
+
+    /// Physics ticks, and the controllers' where they are due.
+    fn advance(&mut self, ticks: u64, faults: &Faults) -> Result<(), SimError> {
         for _ in 0..ticks {
-            if self.world.tick().is_multiple_of(self.ticks_per_wheel_control) {
-                self.duty = self.wheels.tick(self.world.counts());
-            }
             self.mount_before = self.world.mount();
-            self.world.step(self.duty)?;
+            let duty = self.controllers.tick(&mut self.world, self.counts());
+            if !faults.is_empty() {
+                self.world.disturb(faults.at(self.time_s()).disturbance());
+            }
+            self.world.step(duty)?;
+            if let Some(encoders) = &mut self.encoders {
+                encoders.count(self.world.counts(), self.world.tick(), &faults.at(self.world.tick() as f64 / self.ticks_per_s));
+            }
         }
         Ok(())
     }

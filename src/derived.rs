@@ -4,7 +4,7 @@ use ductloop_duct::Transform;
 use ductloop_duct::network::Network;
 use ductloop_nav::angle::rotation_about_z;
 use ductloop_nav::messages::Tick;
-use ductloop_nav::wheel_controller::WheelGains;
+use ductloop_nav::wheel_controller::{WheelGains, WheelLimits};
 use ductloop_sim::spec::RobotSpec;
 use nalgebra::Vector3;
 use serde_json::Value;
@@ -39,6 +39,15 @@ impl Scenario {
         let drive = &self.robot.drive;
         let full_speed_rad_s = drive.supply_v / (drive.motor_constant * drive.gear_ratio);
         WheelGains::from_bandwidth(self.control.wheel_bandwidth_rad_s, full_speed_rad_s, drive_time_constant_s(&self.robot))
+    }
+
+    /// Limits of the wheel loop, in duty.
+    pub fn wheel_limits(&self) -> WheelLimits {
+        let (drive, control) = (&self.robot.drive, &self.wheel_control);
+        WheelLimits {
+            duty: control.voltage_limit_v.map_or(1.0, |limit_v| (limit_v / drive.supply_v).min(1.0)),
+            current_duty: control.current_limit_a * drive.resistance_ohm / drive.supply_v,
+        }
     }
 }
 

@@ -21,14 +21,16 @@ pub mod accuracy;
 pub mod calibrate;
 #[cfg(feature = "cli")]
 mod canvas;
-
 pub mod closed_loop;
 #[cfg(feature = "cli")]
 pub mod contact_sheet;
+mod controllers;
 mod derived;
 pub mod engine;
 pub mod fault;
 pub mod grey_image;
+mod head;
+pub mod link;
 pub mod metrics;
 #[cfg(feature = "cli")]
 pub mod output;
@@ -45,10 +47,10 @@ pub mod run_files;
 pub mod run_hash;
 pub mod scenario;
 mod single_run;
-mod stream;
 #[cfg(feature = "cli")]
 pub mod stage_picture;
 pub mod stage_scores;
+mod stream;
 #[cfg(feature = "cli")]
 pub mod truth_picture;
 pub mod viewpoint;

@@ -272,6 +272,7 @@ mod tests {
                 collisions: Collisions { count: u32::from(i >= 3), contact_speed_max_m_s: if i >= 3 { 0.2 } else { 0.0 } },
                 counts: Default::default(),
                 mount: MountAngles::default(),
+                body: Default::default(),
                 measurement,
                 score: Default::default(),
                 state: Default::default(),

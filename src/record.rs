@@ -1,15 +1,30 @@
 //! What a run leaves behind: a record a frame, a few frames' images, and how it ended.
 
-use ductloop_nav::messages::{Command, Counts, Tick};
+use ductloop_nav::messages::{Command, Counts, Sides, Tick};
 use ductloop_nav::navigator::State;
 use ductloop_nav::perception::{Measurement, StripeLine};
 use ductloop_nav::rig::MountAngles;
+use ductloop_nav::wheel_controller::silence::Hearing;
 use ductloop_sensor::renderer::View;
 use ductloop_sim::collision::Collisions;
 use ductloop_sim::truth::Truth;
 
 use crate::grey_image::GreyImage;
+use crate::link::LinkCounts;
 use crate::stage_scores::Score;
+
+/// What the controllers on the body were at, and what became of what they were told.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BodyRecord {
+    /// What the wheel controller does about its commands.
+    pub hearing: Hearing,
+    /// Duty of each motor, -1 to 1.
+    pub duty: Sides,
+    /// Where the camera points on its mount, as its encoders cannot tell for the play; miscalibration left out.
+    pub mount: MountAngles,
+    /// Commands to wheel and mount controller that did not get through.
+    pub link: LinkCounts,
+}
 
 /// One frame: the truth at its exposure, and what the navigator made of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,8 +41,10 @@ pub struct FrameRecord {
     pub collisions: Collisions,
     /// Encoder counts handed to the navigator.
     pub counts: Counts,
-    /// Mount angles handed to the navigator.
+    /// Mount angles handed to the navigator, as the encoders read them.
     pub mount: MountAngles,
+    /// The controllers on the body.
+    pub body: BodyRecord,
     /// What the navigator says the frame shows.
     pub measurement: Measurement,
     /// How far each stage of its perception was from what was the case.
@@ -120,7 +137,7 @@ pub enum EndState {
     Finished,
     /// The simulated time was up.
     TimeLimit,
-    /// The navigator stopped for want of sight, and the robot stood still.
+    /// The navigator stopped for want of sight, or the wheel controller for want of commands, and the robot stood still.
     Stopped,
     /// The base left the duct through an open end, or through a wall.
     Outside,

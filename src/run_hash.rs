@@ -1,13 +1,13 @@
 //! The hash that says whether two runs were the same to the bit.
 
-use ductloop_nav::messages::{Command, Counts, Tick};
+use ductloop_nav::messages::{Command, Counts, MountSweep, Tick};
 use ductloop_sim::truth::Truth;
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::grey_image::GreyImage;
 
 /// XXH3-128 over, for each frame: tick, pose (seven f64: position, then quaternion x, y, z, w), image (a byte a grey
-/// value of 8 bits, two of more), counts, command. All little-endian, -0 as +0. No times, hosts, names or versions.
+/// value of 8 bits, two of more), counts, command (a swing of the mount only where there is one). All little-endian, -0 as +0. No times, hosts, names or versions.
 #[derive(Clone, Default)]
 pub struct RunHash(Xxh3);
 
@@ -21,13 +21,20 @@ impl RunHash {
         image.bytes(|bytes| self.0.update(bytes));
         self.0.update(&counts.left.to_le_bytes());
         self.0.update(&counts.right.to_le_bytes());
-        let Command { wheel_speed_rad_s, mount, exposure_s, laser_power } = command;
+        let Command { wheel_speed_rad_s, mount, sweep, exposure_s, laser_power } = command;
         for value in [wheel_speed_rad_s.left, wheel_speed_rad_s.right, mount.pan_rad, mount.tilt_rad] {
             self.number(value);
         }
         for optional in [exposure_s, laser_power] {
             self.0.update(&[u8::from(optional.is_some())]);
             self.number(optional.unwrap_or(0.0));
+        }
+        // Nothing where nothing swings.
+        if let Some(MountSweep { amplitude, period_s }) = sweep {
+            self.0.update(b"sweep");
+            for value in [amplitude.pan_rad, amplitude.tilt_rad, *period_s] {
+                self.number(value);
+            }
         }
     }
 
@@ -71,10 +78,15 @@ mod tests {
             command: Command {
                 wheel_speed_rad_s: Sides { left: 7.0, right: 8.0 },
                 mount: MountAngles { pan_rad: 0.1, tilt_rad: 0.2 },
+                sweep: None,
                 exposure_s: Some(0.004),
                 laser_power: None,
             },
         }
+    }
+
+    fn swing(pan_rad: f64, tilt_rad: f64, period_s: f64) -> Option<MountSweep> {
+        Some(MountSweep { amplitude: MountAngles { pan_rad, tilt_rad }, period_s })
     }
 
     fn image(given: &Given) -> GreyImage {
@@ -101,7 +113,7 @@ mod tests {
 
     #[test]
     fn every_field_counts_and_the_sign_of_zero_does_not() {
-        let changes: [fn(&mut Given); 18] = [
+        let changes: [fn(&mut Given); 22] = [
             |g| g.tick += 1,
             |g| g.pose.translation.x += 1e-9,
             |g| g.pose.translation.y += 1e-9,
@@ -115,6 +127,10 @@ mod tests {
             |g| g.command.wheel_speed_rad_s.right += 1e-9,
             |g| g.command.mount.pan_rad += 1e-9,
             |g| g.command.mount.tilt_rad += 1e-9,
+            |g| g.command.sweep = swing(0.1, 0.2, 3.0),
+            |g| g.command.sweep = swing(0.11, 0.2, 3.0),
+            |g| g.command.sweep = swing(0.1, 0.21, 3.0),
+            |g| g.command.sweep = swing(0.1, 0.2, 3.1),
             |g| g.command.exposure_s = Some(0.005),
             |g| g.command.exposure_s = None,
             |g| g.command.laser_power = Some(0.0),

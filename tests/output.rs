@@ -93,6 +93,7 @@ fn made_up(scenario: &Scenario, lateral_m: f64) -> RunRecord {
             collisions: Collisions { count: u32::from(i > 200), contact_speed_max_m_s: if i > 200 { 0.02 } else { 0.0 } },
             counts: Counts { left: -3 * i as i64, right: 3 * i as i64 },
             mount: MountAngles { pan_rad: 0.0, tilt_rad: 0.1 },
+            body: Default::default(),
             measurement: Measurement {
                 lateral_m: seen(lateral_m + 0.001),
                 heading_rad: seen(-0.1 * lateral_m),
@@ -112,6 +113,7 @@ fn made_up(scenario: &Scenario, lateral_m: f64) -> RunRecord {
             command: Command {
                 wheel_speed_rad_s: Sides { left: 12.5, right: 12.5 },
                 mount: MountAngles { pan_rad: 0.0, tilt_rad: 0.1 },
+                sweep: None,
                 exposure_s: (i == 3).then_some(0.004),
                 laser_power: None,
             },

@@ -1,4 +1,5 @@
-//! The robot's own code: what INCRA I's command controller (CC) and wheel controller (WC) would run.
+//! The robot's own code: what INCRA I's command controller (CC), wheel controller (WC) and mount controller (MC)
+//! would run.
 //!
 //! In data-flow order:
 //!
@@ -9,7 +10,8 @@
 //! - [`control`]: errors to a twist;
 //! - [`exposure`]: how bright the stripes are, to the next frame's exposure and laser power;
 //! - [`navigator`]: all of these, once a frame;
-//! - [`wheel_controller`]: wheel speeds to motor duty, at its own rate.
+//! - [`wheel_controller`]: wheel speeds to motor duty, at its own rate;
+//! - [`mount_controller`]: mount angles and swings to where the mount's motors are to turn, at its own rate.
 //!
 //! Beside the loop: [`calibration`], pixels of known position to the rig.
 //!
@@ -21,6 +23,7 @@ pub mod calibration;
 pub mod control;
 pub mod exposure;
 pub mod messages;
+pub mod mount_controller;
 pub mod navigator;
 pub mod odometry;
 pub mod perception;

@@ -63,13 +63,24 @@ pub struct Sides {
     pub right: f64,
 }
 
+/// A swing of the mount: pan and tilt each follow amplitude times sin(2 pi t / period), t from the command that began it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MountSweep {
+    /// Amplitude of pan and tilt.
+    pub amplitude: MountAngles,
+    /// Time from one swing to the next, in seconds.
+    pub period_s: f64,
+}
+
 /// What the command controller asks of the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command {
     /// Wheel speeds to hold, in rad/s at the wheel.
     pub wheel_speed_rad_s: Sides,
-    /// Mount angles to go to.
+    /// Mount angles to go to, and to hold or swing about.
     pub mount: MountAngles,
+    /// How to swing about them; `None` holds them. The same swing again goes on where it is.
+    pub sweep: Option<MountSweep>,
     /// Exposure of the next frame, in seconds; `None` leaves it as it is.
     pub exposure_s: Option<f64>,
     /// Laser power from the next frame on, as a share of the nominal power; `None` leaves it as it is.
@@ -79,6 +90,6 @@ pub struct Command {
 impl Command {
     /// Stand still, with the mount at `mount`.
     pub fn stop(mount: MountAngles) -> Self {
-        Self { wheel_speed_rad_s: Sides::default(), mount, exposure_s: None, laser_power: None }
+        Self { wheel_speed_rad_s: Sides::default(), mount, sweep: None, exposure_s: None, laser_power: None }
     }
 }

@@ -6,7 +6,7 @@
 //! - [`drive`]: a side's DC motor, gear and the links to its two wheels: duty and wheel speeds in, wheel torques out
 //!   (`links`: the springs to the wheels and their play);
 //! - [`encoder`]: the motor shaft's angle as counts;
-//! - [`mount`]: pan and tilt behind a rate limit;
+//! - [`mount`]: pan and tilt behind a rate limit, with play and encoders;
 //! - [`outline`]: the convex parts of the robot, which collide and have a clearance;
 //! - [`chassis`]: those parts as Rapier bodies and joints (`axle`: how a wheel is held, rigidly or with give);
 //! - [`opening`], [`walls`], [`colliders`]: the duct's faces without their portals, as slabs, as colliders;

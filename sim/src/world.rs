@@ -18,7 +18,7 @@ use crate::disturbance::{Disturbance, PushFrame};
 use crate::drive::{Drive, GRAVITY_M_S2};
 use crate::encoder;
 use crate::ground::Ground;
-use crate::mount::PanTilt;
+use crate::mount::{Gearing, PanTilt};
 use crate::seams::SeamFilter;
 use crate::settings;
 use crate::spec::RobotSpec;
@@ -280,6 +280,16 @@ impl World {
     /// Where the mount points.
     pub fn mount(&self) -> MountAngles {
         self.mount.angles()
+    }
+
+    /// What the mount's encoders read.
+    pub fn mount_reading(&self) -> MountAngles {
+        self.mount.reading()
+    }
+
+    /// Gives the mount play and encoders other than perfect ones.
+    pub fn fit_mount(&mut self, gearing: Gearing) {
+        self.mount.fit(gearing);
     }
 
     /// Points the mount; it goes there at its own rate.

@@ -86,18 +86,15 @@ impl ActiveFaults<'_> {
         }
     }
 
-    /// The wheel speeds that reach the wheel controller; `None` where none do.
-    pub fn wheel_speeds(&self, commanded: Sides) -> Option<Sides> {
-        if self.is_link_lost() {
-            return None;
-        }
-        let swapped = self.iter().any(|fault| fault.kind == FaultKind::WheelsSwapped);
-        Some(if swapped { Sides { left: commanded.right, right: commanded.left } } else { commanded })
+    /// Whether commands reach wheel and mount controller.
+    pub fn link_is_up(&self) -> bool {
+        !self.iter().any(|fault| fault.kind == FaultKind::LinkLost)
     }
 
-    /// Whether no command gets through.
-    pub fn is_link_lost(&self) -> bool {
-        self.iter().any(|fault| fault.kind == FaultKind::LinkLost)
+    /// The wheel speeds that are sent to the wheel controller.
+    pub fn wheel_speeds(&self, commanded: Sides) -> Sides {
+        let swapped = self.iter().any(|fault| fault.kind == FaultKind::WheelsSwapped);
+        if swapped { Sides { left: commanded.right, right: commanded.left } } else { commanded }
     }
 
     /// The mount's angles as they are read.
@@ -152,9 +149,8 @@ mod tests {
     #[test]
     fn a_fault_is_at_work_from_its_beginning_to_before_its_end() {
         let faults = faults(&[FaultKind::LinkLost]);
-        let lost = |time_s: f64| faults.at(time_s).is_link_lost();
-        assert_eq!([0.99, 1.0, 1.49, 1.5].map(lost), [false, true, true, false]);
-        assert_eq!(faults.at(1.2).wheel_speeds(Sides::default()), None);
+        let is_up = |time_s: f64| faults.at(time_s).link_is_up();
+        assert_eq!([0.99, 1.0, 1.49, 1.5].map(is_up), [true, false, false, true]);
     }
 
     #[test]

@@ -6,6 +6,7 @@ use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray, 
 use arrow_schema::ArrowError;
 use ductloop_nav::navigator::State;
 use ductloop_nav::perception::Wall;
+use ductloop_nav::wheel_controller::silence::Hearing;
 use parquet::arrow::ArrowWriter;
 use parquet::basic::Compression;
 use parquet::errors::ParquetError;
@@ -23,6 +24,15 @@ pub fn state_word(state: State) -> &'static str {
     }
 }
 
+/// The word for what a wheel controller does about its commands.
+pub fn hearing_word(hearing: Hearing) -> &'static str {
+    match hearing {
+        Hearing::Commanded => "commanded",
+        Hearing::RampingDown => "ramping-down",
+        Hearing::Down => "down",
+    }
+}
+
 /// The frames as a table.
 ///
 /// # Errors
@@ -37,6 +47,13 @@ pub fn table(frames: &[FrameRecord]) -> Result<RecordBatch, ArrowError> {
     columns.signed("counts_right", |f| f.counts.right);
     columns.number("pan_rad", |f| f.mount.pan_rad);
     columns.number("tilt_rad", |f| f.mount.tilt_rad);
+    columns.number("camera_pan_rad", |f| f.body.mount.pan_rad);
+    columns.number("camera_tilt_rad", |f| f.body.mount.tilt_rad);
+    columns.push("wheel_control", false, |frames| StringArray::from_iter_values(frames.map(|f| hearing_word(f.body.hearing))));
+    columns.number("duty_left", |f| f.body.duty.left);
+    columns.number("duty_right", |f| f.body.duty.right);
+    columns.whole("link_lost", |f| f.body.link.lost);
+    columns.whole("link_dropped", |f| f.body.link.dropped);
     columns.number("exposure_s", |f| f.view.exposure_s);
     columns.number("laser_power", |f| f.laser_power);
     columns.push("state", false, |frames| StringArray::from_iter_values(frames.map(|f| state_word(f.state))));

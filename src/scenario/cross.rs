@@ -2,6 +2,7 @@
 //!
 //! Each rule is judged only where everything it rests on is sound, so that one slip gives one error.
 
+mod controllers;
 mod course;
 mod sensor;
 mod standing;
@@ -24,6 +25,7 @@ pub(super) fn check(scenario: &Scenario, typed: &Typed, checked: &mut Checked) {
     let mut cross = Cross { scenario, typed, checked };
     cross.rates();
     cross.robot();
+    cross.controllers();
     cross.sensor();
     cross.perception();
     cross.fit();

@@ -224,6 +224,11 @@ impl FaultKind {
         KINDS[self.index()].0
     }
 
+    /// Whether it makes encoders read something else than they should.
+    pub fn is_of_encoders(self) -> bool {
+        matches!(self, Self::EncoderLoses { .. } | Self::EncoderStuck { .. })
+    }
+
     /// What reports call it.
     pub fn label(self, rig: &Rig) -> String {
         let whose = match self {

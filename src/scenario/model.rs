@@ -7,9 +7,11 @@ use ductloop_duct::fitting::{Fitting, Shape};
 use ductloop_duct::network::{End, Network, NetworkError};
 use ductloop_nav::angle::rotation_about_z;
 use ductloop_nav::control::koh_cho::KohChoParams;
+use ductloop_nav::messages::MountSweep;
 use ductloop_nav::perception::paper::PaperParams;
 use ductloop_nav::perception::robust::RobustParams;
-use ductloop_nav::rig::Rig;
+use ductloop_nav::rig::{MountAngles, Rig};
+use ductloop_nav::wheel_controller::board::Arithmetic;
 use ductloop_sensor::optics::Optics;
 use ductloop_sensor::renderer::MAX_LASERS;
 use ductloop_sensor::surface::Look;
@@ -54,6 +56,12 @@ pub struct Scenario {
     pub perception: Perception,
     /// How errors become wheel speeds.
     pub control: Control,
+    /// The wheel controller.
+    pub wheel_control: WheelControl,
+    /// The mount and its controller.
+    pub mount_control: MountControl,
+    /// The link from the command controller to these two.
+    pub link: LinkParams,
     /// What the navigator is told of the duct.
     pub navigation: Navigation,
     /// The duct.
@@ -145,6 +153,56 @@ pub struct Control {
 pub enum Law {
     /// Koh and Cho's.
     KohCho,
+}
+
+/// The wheel controller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WheelControl {
+    /// What it reckons in.
+    pub arithmetic: Arithmetic,
+    /// Bits of the PWM register.
+    pub pwm_bits: u32,
+    /// Largest motor current, in A.
+    pub current_limit_a: f64,
+    /// Largest motor voltage, in V; `None`: the supply.
+    pub voltage_limit_v: Option<f64>,
+    /// Longest time without a command before it slows the wheels down, in seconds.
+    pub silence_s: f64,
+    /// Deceleration of the wheels' rims then, in m/s2.
+    pub ramp_m_s2: f64,
+}
+
+/// The mount and its controller. Play and encoders are the same for pan and tilt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MountControl {
+    /// Largest angular acceleration, in rad/s2; `None`: none is kept to.
+    pub acceleration_rad_s2: Option<f64>,
+    /// Play between motor and camera, in radians.
+    pub backlash_rad: f64,
+    /// Angle of one encoder count, in radians; 0: the angle as it is.
+    pub encoder_step_rad: f64,
+    /// The swing that it keeps up about what is commanded; amplitudes of 0 hold it.
+    pub sweep: MountSweep,
+}
+
+impl MountControl {
+    /// The swing that it keeps up, if it is to swing.
+    pub fn standing_sweep(&self) -> Option<MountSweep> {
+        (self.sweep.amplitude != MountAngles::default()).then_some(self.sweep)
+    }
+}
+
+/// A link: what is said on it arrives late, twice or never.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LinkParams {
+    /// Time on the way, in seconds.
+    pub latency_s: f64,
+    /// Longest time beyond that, in seconds.
+    pub jitter_s: f64,
+    /// Probability of a loss.
+    pub loss: f64,
+    /// Probability that a packet comes twice.
+    pub repeat: f64,
 }
 
 /// What the navigator is told of the duct.

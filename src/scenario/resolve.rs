@@ -3,9 +3,11 @@
 
 use ductloop_duct::network::End;
 use ductloop_nav::control::koh_cho::KohChoParams;
+use ductloop_nav::messages::MountSweep;
 use ductloop_nav::perception::paper::PaperParams;
 use ductloop_nav::perception::robust::RobustParams;
 use ductloop_nav::rig::{Camera, Distortion, LineWidth, Mount, MountAngles, Rig};
+use ductloop_nav::wheel_controller::board::Arithmetic;
 use ductloop_sensor::optics::Optics;
 use ductloop_sim::spec::RobotSpec;
 use nalgebra::Point3;
@@ -15,6 +17,7 @@ use super::criteria::{Bound, Criteria, Criterion};
 use super::diagnostic::{Diagnostics, Finding};
 use super::fields::{self, Default, Field, Scale, Slot};
 use super::model::{AutoExposure, Control, Duct, Finish, Law, Navigation, Perception, Pipeline, Rates, RigDeviation, Start};
+use super::model::{LinkParams, MountControl, WheelControl};
 use super::source::{Sources, Span};
 use super::tree::{Node, Table, Value};
 use super::typed::Typed;
@@ -118,6 +121,9 @@ fn build(layered: &Table, root: &Table, typed: &Typed, checked: &mut Checked) ->
     if layered.at("navigation.width_m").is_none() {
         scenario.navigation.width_m = scenario.duct.width_m;
     }
+    if layered.at("wheel_control.silence_s").is_none() {
+        scenario.wheel_control.silence_s = f64::max(0.5, 5.0 / f64::from(scenario.rates.camera_hz));
+    }
     elements::duct(layered, root, &mut scenario, typed, checked);
     scenario.faults = faults::read(layered, &scenario.rig, typed, checked);
     scenario
@@ -202,6 +208,21 @@ fn blank() -> Scenario {
         optics: Optics::default(),
         perception: Perception { pipeline: Pipeline::Robust, paper: PaperParams::default(), robust: RobustParams::default() },
         control: Control { law: Law::KohCho, koh_cho: KohChoParams::default(), wheel_bandwidth_rad_s: 0.0 },
+        wheel_control: WheelControl {
+            arithmetic: Arithmetic::Fixed,
+            pwm_bits: 8,
+            current_limit_a: 1.0,
+            voltage_limit_v: None,
+            silence_s: 1.0,
+            ramp_m_s2: 1.0,
+        },
+        mount_control: MountControl {
+            acceleration_rad_s2: None,
+            backlash_rad: 0.0,
+            encoder_step_rad: 0.0,
+            sweep: MountSweep { amplitude: MountAngles::default(), period_s: 1.0 },
+        },
+        link: LinkParams::default(),
         navigation: Navigation { width_m: 1.0, coast_s: 0.0 },
         duct: Duct {
             width_m: 1.0,

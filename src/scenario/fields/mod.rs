@@ -13,6 +13,8 @@ mod general;
 mod imager;
 mod koh_cho;
 mod lasers;
+mod link;
+mod mount_control;
 mod navigator;
 mod object;
 mod paper;
@@ -22,6 +24,7 @@ mod robust;
 mod scale;
 mod sensor;
 mod shape;
+mod wheel_control;
 
 pub use field::{Default, Field, Kind};
 pub use scale::Scale;
@@ -66,6 +69,9 @@ pub fn tables() -> impl Iterator<Item = &'static TableRow> {
         paper::TABLES,
         robust::TABLES,
         koh_cho::TABLES,
+        wheel_control::TABLES,
+        mount_control::TABLES,
+        link::TABLES,
         duct::TABLES,
         object::TABLES,
         course::TABLES,
@@ -89,6 +95,9 @@ pub fn fields() -> impl Iterator<Item = &'static Field> {
         paper::FIELDS,
         robust::FIELDS,
         koh_cho::FIELDS,
+        wheel_control::FIELDS,
+        mount_control::FIELDS,
+        link::FIELDS,
         duct::FIELDS,
         object::FIELDS,
         course::FIELDS,
