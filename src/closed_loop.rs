@@ -324,7 +324,8 @@ impl Body {
     fn advance(&mut self, ticks: u64, faults: &Faults) -> Result<(), SimError> {
         for _ in 0..ticks {
             self.mount_before = self.world.mount();
-            let duty = self.controllers.tick(&mut self.world, self.counts());
+            let counts = self.counts();
+            let duty = self.controllers.tick(&mut self.world, counts);
             if !faults.is_empty() {
                 self.world.disturb(faults.at(self.time_s()).disturbance());
             }

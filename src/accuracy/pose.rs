@@ -5,10 +5,8 @@ use ductloop_duct::centreline::Centreline;
 use ductloop_nav::angle::rotation_about_z;
 use nalgebra::{Translation3, Vector3};
 
-use crate::stream::uniform;
 use crate::scenario::Scenario;
 use crate::scenario::accuracy_file::Poses;
-use crate::stream::uniform;
 use crate::stream::uniform;
 
 /// A pose of the base in the duct, and how wide the duct is there.

@@ -6,13 +6,13 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use ductloop_nav::messages::{Counts, Pixels, Tick};
+use ductloop_nav::messages::{Counts, Tick};
 use ductloop_nav::rig::MountAngles;
 
 use super::ActiveFaults;
-use crate::stream::uniform;
 use crate::grey_image::GreyImage;
 use crate::scenario::FaultKind;
+use crate::stream::uniform;
 
 /// A frame as it was exposed, with what was read at its exposure.
 #[derive(Clone, Debug)]
@@ -138,6 +138,7 @@ mod tests {
     use super::super::Faults;
     use super::*;
     use crate::scenario::Fault;
+    use ductloop_nav::messages::Pixels;
     use ductloop_sensor::optics::Bits;
 
     fn always(kind: FaultKind) -> Faults {
@@ -152,7 +153,8 @@ mod tests {
     #[test]
     fn frames_are_dropped_by_the_share_and_the_same_ones_for_the_same_seed() {
         let faults = always(FaultKind::FrameDropped { share: 0.3 });
-        let dropped = |seed: u64| (0..10_000).filter(|i| delivery(&faults.at(1.0), seed, *i) == Delivery::Dropped).collect::<Vec<_>>();
+        let dropped =
+            |seed: u64| (0..10_000).filter(|i| delivery(&faults.at(1.0), seed, *i) == Delivery::Dropped).collect::<Vec<_>>();
         // 3000 with a deviation of 46.
         assert!((dropped(1).len() as f64 - 3000.0).abs() < 200.0, "{}", dropped(1).len());
         assert_eq!(dropped(1), dropped(1));

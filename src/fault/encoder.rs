@@ -6,8 +6,8 @@
 use ductloop_nav::messages::{Counts, Tick};
 
 use super::{ActiveFaults, side_of};
-use crate::stream::uniform;
 use crate::scenario::FaultKind;
+use crate::stream::uniform;
 
 /// What the encoders read, where they may be wrong.
 #[derive(Clone, Debug)]

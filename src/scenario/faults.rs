@@ -328,7 +328,9 @@ impl Reader<'_> {
             "encoder-stuck" => FaultKind::EncoderStuck { side: self.side()? },
             "motor-weak" => FaultKind::MotorWeak { side: self.side()?, share: self.number("share")? },
             "motor-dead" => FaultKind::MotorDead { side: self.side()? },
-            "wheel-slips" => FaultKind::WheelSlips { wheel: self.text("wheel").and_then(Wheel::of)?, share: self.number("share")? },
+            "wheel-slips" => {
+                FaultKind::WheelSlips { wheel: self.text("wheel").and_then(Wheel::of)?, share: self.number("share")? }
+            }
             "push" => FaultKind::Push { force_n: [self.number("forward_n")?, self.number("left_n")?] },
             "pan-misread" => FaultKind::PanMisread { by_rad: Scale::Degrees.si(self.number("by_deg")?) },
             "link-lost" => FaultKind::LinkLost,
@@ -355,7 +357,8 @@ impl Reader<'_> {
         let laser = names.iter().position(|n| *n == name);
         if laser.is_none() && self.checked.is_sound(&["sensor"]) {
             let path = format!("{}.laser", self.path);
-            let guess = nearest(&name, names.iter().copied()).map(|near| format!("did you mean \"{near}\"? ")).unwrap_or_default();
+            let guess =
+                nearest(&name, names.iter().copied()).map(|near| format!("did you mean \"{near}\"? ")).unwrap_or_default();
             let finding = Finding::new(self.typed.span(&path), format!("the rig has no laser \"{name}\""));
             self.checked.wrong(&path, finding.help(format!("{guess}the rig's lasers: {}", quoted(&names))));
         }
