@@ -25,6 +25,8 @@ pub(super) struct Segment {
     pub(super) sigma_px: f64,
     /// RMS distance of its ridges from its line, in pixels.
     pub(super) residual_px: f64,
+    /// Whether many of its ridges are cut off at their top: it is then no thicker than it seems, but it may be thinner.
+    pub(super) is_full: bool,
 }
 
 /// A chain while it grows.
@@ -50,6 +52,8 @@ pub(super) struct Chains {
 }
 
 const NONE: u32 = u32::MAX;
+/// A segment of which more ridges than this share are cut off seems thicker than it is.
+const FULL_SHARE: f64 = 0.1;
 /// Most chains that grow at once.
 const MOST_GROWING: usize = 64;
 /// Most segments kept.
@@ -221,14 +225,14 @@ fn farthest(members: &[u32], ridges: &[Ridge]) -> Option<usize> {
 /// Least-squares line through ridges, those left out that lie three deviations off.
 fn fit(members: &[u32], ridges: &[Ridge], projector: &Projector) -> Option<Segment> {
     let (mut line, mut limit) = ((0.0, 0.0, 0.0), f64::INFINITY);
-    let (mut n, mut residual, mut sigma, mut extent, mut spread) = (0.0, 0.0, 0.0, [0.0, 0.0], 0.0);
+    let (mut n, mut residual, mut sigma, mut extent, mut spread, mut full) = (0.0, 0.0, 0.0, [0.0, 0.0], 0.0, 0.0);
     for _ in 0..3 {
         let kept = || {
             let near = move |p: &[f64; 2]| (p[1] - line.0 - line.1 * (p[0] - line.2)).abs() <= limit;
             members.iter().map(|i| &ridges[*i as usize]).filter(move |ridge| near(&place(ridge)))
         };
         let (mut sum_x, mut sum_y) = (0.0, 0.0);
-        (n, sigma) = (0.0, 0.0);
+        (n, sigma, full) = (0.0, 0.0, 0.0);
         extent = [f64::INFINITY, f64::NEG_INFINITY];
         for ridge in kept() {
             let [x, y] = place(ridge);
@@ -236,6 +240,7 @@ fn fit(members: &[u32], ridges: &[Ridge], projector: &Projector) -> Option<Segme
             sum_x += x;
             sum_y += y;
             sigma += ridge.sigma_px;
+            full += f64::from(u8::from(ridge.is_full));
             extent = [extent[0].min(x), extent[1].max(x)];
         }
         if (n as usize) < FEWEST_BLOCKS {
@@ -258,7 +263,14 @@ fn fit(members: &[u32], ridges: &[Ridge], projector: &Projector) -> Option<Segme
     }
     let at = |x: f64| [x, line.0 + line.1 * (x - line.2)];
     let rays = [line.2 - spread, line.2 + spread].map(|x| projector.ray(x, at(x)[1]));
-    Some(Segment { ends: extent.map(at), rays, blocks: n as usize, sigma_px: sigma / n, residual_px: residual })
+    Some(Segment {
+        ends: extent.map(at),
+        rays,
+        blocks: n as usize,
+        sigma_px: sigma / n,
+        residual_px: residual,
+        is_full: full > FULL_SHARE * n,
+    })
 }
 
 impl Segment {

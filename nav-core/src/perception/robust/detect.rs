@@ -20,6 +20,8 @@ pub(super) struct Ridge {
     pub(super) contrast_dn: f64,
     /// Standard deviation of its light, from its area and its peak, in pixels.
     pub(super) sigma_px: f64,
+    /// Whether its top is cut off: then area over peak is more than its thickness.
+    pub(super) is_full: bool,
 }
 
 /// A run of blocks in a row for which one half width is right.
@@ -53,6 +55,8 @@ const HALF_PER_SIGMA: f64 = 1.2;
 const HALF_PX: [f64; 2] = [2.0, 30.0];
 /// Most ridges that a frame may have: an image of nothing but noise has more, and is none of ours.
 const MOST: usize = 6000;
+/// A block is full from this share of the largest sum on: the four pixels of a block are not all full where a stripe's edge is slanted.
+const FULL_SHARE: f64 = 0.98;
 /// 1 / sqrt(2 pi).
 const PEAK_OF_UNIT_AREA: f64 = 0.398_942_280_401_432_7;
 
@@ -98,11 +102,11 @@ impl Detector {
         &mut self.sums
     }
 
-    /// The ridges, ordered by block and row, written to `ridges`.
-    pub(super) fn find(&mut self, ridges: &mut Vec<Ridge>) {
+    /// The ridges, ordered by block and row, written to `ridges`. A block of nothing but full pixels has the sum `full`.
+    pub(super) fn find(&mut self, full: u16, ridges: &mut Vec<Ridge>) {
         self.add_up();
         self.respond();
-        self.peaks();
+        self.peaks(FULL_SHARE * f64::from(full));
         self.order.clear();
         self.order.extend(0..self.found.len() as u32);
         let found = &self.found;
@@ -158,7 +162,7 @@ impl Detector {
         }
     }
 
-    fn peaks(&mut self) {
+    fn peaks(&mut self, full: f64) {
         let [columns, rows] = self.size;
         self.found.clear();
         let least = self.least << 5;
@@ -172,7 +176,7 @@ impl Detector {
                 for block in first..last {
                     let value = here[block];
                     if value >= least && value >= above[block] && value > below[block] && self.found.len() < MOST {
-                        let ridge = self.measure(block, y, usize::from(value & 31), f64::from(value >> 5) / 8.0);
+                        let ridge = self.measure(block, y, usize::from(value & 31), f64::from(value >> 5) / 8.0, full);
                         self.found.extend(ridge);
                     }
                 }
@@ -181,7 +185,7 @@ impl Detector {
     }
 
     /// Middle and width of the ridge about the boundary before row `y`.
-    fn measure(&self, block: usize, y: usize, half: usize, contrast_dn: f64) -> Option<Ridge> {
+    fn measure(&self, block: usize, y: usize, half: usize, contrast_dn: f64, most: f64) -> Option<Ridge> {
         let [columns, rows] = self.size;
         let (from, to) = (y.saturating_sub(2 * half + 1), (y + 2 * half + 1).min(rows));
         let value = |y: usize| f64::from(self.sums[y * columns + block]);
@@ -189,16 +193,18 @@ impl Detector {
         let edge = (half / 2).max(2);
         let (over, under) = (mean(from, from + edge), mean(to - edge, to));
         let (over_y, slope) = (from as f64 + (edge as f64 - 1.0) / 2.0, (under - over) / ((to - from - edge) as f64));
-        let (mut light, mut moment, mut peak) = (0.0, 0.0, 0.0);
+        let (mut light, mut moment, mut peak, mut full) = (0.0, 0.0, 0.0, 0);
         for row in from..to {
             let above = value(row) - over - slope * (row as f64 - over_y);
+            full += usize::from(value(row) >= most);
             light += above;
             moment += above * row as f64;
             peak = f64::max(peak, above);
         }
         let y_px = moment / light;
         let inside = light > 0.0 && (y_px - (y as f64 - 0.5)).abs() <= 1.5 * half as f64;
-        inside.then(|| Ridge { block: block as u16, y_px, contrast_dn, sigma_px: PEAK_OF_UNIT_AREA * light / peak })
+        let sigma_px = PEAK_OF_UNIT_AREA * light / peak;
+        inside.then(|| Ridge { block: block as u16, y_px, contrast_dn, sigma_px, is_full: full >= 2 })
     }
 }
 

@@ -168,7 +168,9 @@ fn together(left: &Side, right: &Side) -> (Option<Side>, Option<Side>) {
 /// deviations grow by as much: the walls are not parallel, or one of them is not what it seems.
 fn both(left: &Side, right: &Side) -> Pose {
     let Some((found, covariance, chi2)) = parallel(left, right) else {
-        return single(left, (right.distance_m - left.distance_m) / 2.0);
+        let spread = (left.covariance[(0, 0)] + right.covariance[(0, 0)]).max(0.0).sqrt();
+        let pose = single(left, (right.distance_m - left.distance_m) / 2.0);
+        return Pose { lateral_m: [pose.lateral_m[0], spread / 2.0], ..pose };
     };
     let covariance = covariance * chi2.max(1.0);
     let ends = covariance.fixed_view::<2, 2>(0, 0).into_owned();

@@ -143,22 +143,23 @@ impl Search<'_> {
             let near = |y_px: f64| (y_px - stripe.y_px).abs() <= GATE[0] + GATE[1] * sigma;
             let stands = |found: &Fitted| found.amplitude >= LEAST_SNR * found.amplitude_sigma && near(found.y_px);
             let found = centre::fit(view, x, &sought, noise, room).filter(stands);
-            tally.unlike += u32::from(found.is_some_and(|found| found.chi2 > MOST_CHI2[0]));
-            let measured = if let Some(found) = found.filter(|found| found.chi2 <= most_chi2) {
+            let measured = if let Some(found) = found.filter(|found| found.chi2 <= MOST_CHI2[0]) {
                 slope = Some(found.slope);
                 // The height goes into the variances: smoothed, so that a column's own noise does not choose its weights.
                 amplitude = Some(amplitude.map_or(found.amplitude, |before| before + 0.2 * (found.amplitude - before)));
-                let (spread, common_px) =
-                    if found.chi2 <= MOST_CHI2[0] { (1.0, 0.0) } else { (found.chi2.sqrt(), UNLIKE_SHARE * sigma) };
-                Some(Middle { y_px: found.y_px, sigma_px: found.sigma_px * spread, cubic: found.cubic, common_px })
+                Some(Centre { y_px: found.y_px, sigma_px: found.sigma_px, cubic: found.cubic, common_px: 0.0 })
+            } else if let Some(found) =
+                overexposed::middle(view, x, sought.y_px, sigma, noise, room).filter(|found| near(found.y_px))
+            {
+                let cubic = found.half_width * found.half_width;
+                Some(Centre { y_px: found.y_px, sigma_px: found.sigma_px, cubic, common_px: UNLIKE_SHARE * sigma })
             } else {
-                overexposed::middle(view, x, sought.y_px, sigma, noise, room).filter(|found| near(found.y_px)).map(|found| {
-                    Middle {
-                        y_px: found.y_px,
-                        sigma_px: found.sigma_px,
-                        cubic: found.half_width * found.half_width,
-                        common_px: UNLIKE_SHARE * sigma,
-                    }
+                tally.unlike += u32::from(found.is_some_and(|found| found.chi2 <= MOST_CHI2[1]));
+                found.filter(|found| found.chi2 <= most_chi2).map(|found| Centre {
+                    y_px: found.y_px,
+                    sigma_px: found.sigma_px * found.chi2.sqrt(),
+                    cubic: found.cubic,
+                    common_px: UNLIKE_SHARE * sigma,
                 })
             };
             let Some(found) = measured else {
@@ -195,12 +196,12 @@ impl Search<'_> {
 struct Tally {
     /// Columns without a centre.
     misses: u32,
-    /// Columns with a stripe that is no Gaussian.
+    /// Columns with a stripe that is no Gaussian and has no flanks either.
     unlike: u32,
 }
 
 /// A column's middle, whichever way it was found.
-struct Middle {
+struct Centre {
     y_px: f64,
     sigma_px: f64,
     /// See [`Fitted::cubic`].

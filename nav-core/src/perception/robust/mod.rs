@@ -309,7 +309,7 @@ impl Perception for RobustPerception {
         let upright = Upright::new(self.rig.mount.base_from_camera(mount));
         let view = View::new(frame, self.projector.across);
         view.sum_blocks(self.detector.sums());
-        self.detector.find(&mut self.ridges);
+        self.detector.find(view.full_block(), &mut self.ridges);
         self.chains.find(&self.ridges, &self.projector, &mut self.segments);
         self.propose(&upright);
         let noise = self.noise(&view);

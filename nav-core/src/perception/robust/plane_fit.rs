@@ -5,10 +5,11 @@
 //! n . r / o - m . r = l . r = (l . r') e,  l = n / o - m,
 //!
 //! so in pixels e = l . r / (l . r'), whose derivative by m is -r / (l . r') with r taken on the stripe (e = 0). Weighted by the
-//! centres' deviations, least squares over m (Gauss-Newton) is the maximum-likelihood estimate. Two things more are known. Walls stand upright (floors and ceilings lie level), up to a small lean: prior conditions on m. And all centres of a stripe
+//! centres' deviations, least squares over m (Gauss-Newton) is the maximum-likelihood estimate. Two things more are known. Walls stand
+//! upright (floors and ceilings lie level), up to a small lean: prior conditions on m. And all centres of a stripe
 //! may be off by one common error (light that is not as even as assumed, a filter that is not as symmetric): an unknown of its own for
 //! each stripe, with a prior deviation, eliminated from the normal equations (Schur complement). Where the centres scatter more than
-//! they say, or err alike over runs of columns, the covariance grows by as much.
+//! they say, or err alike over runs of columns, they are taken for as much less sure.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -83,35 +84,60 @@ pub(super) fn fit(
     priors: &Priors,
 ) -> Option<Plane> {
     let mut m = *start;
-    let mut result = None;
-    for _ in 0..ROUNDS {
-        let stripes = add_up(&m, points, projector);
-        let (mut information, mut right) = prior(wall, &m, upright, priors);
-        let (prior_information, prior_right) = (information, right);
-        for stripe in stripes.iter().filter(|stripe| stripe.count > 0) {
-            let oo = stripe.oo + offset_weight(stripe, priors);
-            information += stripe.mm - stripe.mo * stripe.mo.transpose() / oo;
-            right += stripe.bm - stripe.mo * (stripe.bo / oo);
-        }
-        let scale = information.trace();
-        if !(scale.is_finite() && scale > 0.0) {
-            return None;
-        }
-        let inverse = (information / scale).cholesky()?.inverse() / scale;
-        m = inverse * right;
-        if !m.iter().all(|value| value.is_finite()) {
-            return None;
-        }
-        // Squares of the prior conditions: those of the floor's height have a constant, sure, besides.
-        let constant = prior_right.norm() / upright.height_m;
-        let leaning = m.dot(&(prior_information * m)) - 2.0 * m.dot(&prior_right) + constant;
-        let plane = judge(m, inverse, leaning, &stripes, priors);
-        result = Some(plane);
+    for _ in 1..ROUNDS {
+        m = solve(&add_up(&m, points, projector), &prior(wall, &m, upright, priors), upright, priors, 1.0)?.m;
     }
-    let (plane, scatter) = result?;
-    // Both hold the centres' own scatter.
-    let excess = scatter.max(likeness(&plane.m, points, projector));
-    Some(Plane { covariance: plane.covariance * excess, disagreement: plane.disagreement / excess, ..plane })
+    let (stripes, prior) = (add_up(&m, points, projector), prior(wall, &m, upright, priors));
+    let first = solve(&stripes, &prior, upright, priors, 1.0)?;
+    // Both hold the centres' own scatter. What is known beforehand is as sure as before.
+    let excess = scatter(&stripes, &first).max(likeness(&first, points, projector));
+    let Solved { m, covariance, disagreement, .. } =
+        if excess > 1.0 { solve(&stripes, &prior, upright, priors, excess)? } else { first };
+    Some(Plane { m, covariance, counts: stripes.map(|stripe| stripe.count), disagreement })
+}
+
+/// A plane that the normal equations give.
+struct Solved {
+    m: Vector3<f64>,
+    covariance: Matrix3<f64>,
+    disagreement: f64,
+    /// Each stripe's common error, in pixels: what its residuals are off by.
+    offsets: [f64; MOST_LASERS],
+}
+
+/// Solves for the plane, the centres' variances taken `excess` times as large as they say.
+fn solve(
+    stripes: &[Stripe; MOST_LASERS],
+    (prior_information, prior_right): &(Matrix3<f64>, Vector3<f64>),
+    upright: &Upright,
+    priors: &Priors,
+    excess: f64,
+) -> Option<Solved> {
+    let (mut information, mut right) = (*prior_information, *prior_right);
+    for stripe in stripes.iter().filter(|stripe| stripe.count > 0) {
+        let oo = stripe.oo / excess + offset_weight(stripe, priors);
+        information += stripe.mm / excess - stripe.mo * stripe.mo.transpose() / (oo * excess * excess);
+        right += stripe.bm / excess - stripe.mo * (stripe.bo / (oo * excess * excess));
+    }
+    let scale = information.trace();
+    if !(scale.is_finite() && scale > 0.0) {
+        return None;
+    }
+    let covariance = (information / scale).cholesky()?.inverse() / scale;
+    let m = covariance * right;
+    if !m.iter().all(|value| value.is_finite()) {
+        return None;
+    }
+    // Squares of the prior conditions: those of the floor's height have a constant, sure, besides.
+    let constant = prior_right.norm() / upright.height_m;
+    let mut disagreement = m.dot(&(prior_information * m)) - 2.0 * m.dot(prior_right) + constant;
+    let mut offsets = [0.0; MOST_LASERS];
+    for (stripe, offset) in stripes.iter().zip(&mut offsets).filter(|(stripe, _)| stripe.count > 0) {
+        let weight = offset_weight(stripe, priors);
+        *offset = (stripe.bo - stripe.mo.dot(&m)) / excess / (stripe.oo / excess + weight);
+        disagreement += *offset * *offset * weight;
+    }
+    Some(Solved { m, covariance, disagreement, offsets })
 }
 
 fn offset_weight(stripe: &Stripe, priors: &Priors) -> f64 {
@@ -160,30 +186,22 @@ fn prior(wall: Wall, m: &Vector3<f64>, upright: &Upright, priors: &Priors) -> (M
     }
 }
 
-fn judge(m: Vector3<f64>, inverse: Matrix3<f64>, leaning: f64, stripes: &[Stripe; MOST_LASERS], priors: &Priors) -> (Plane, f64) {
-    let mut counts = [0; MOST_LASERS];
-    let (mut chi2, mut freedom, mut disagreement) = (0.0, -3.0, leaning);
-    for (stripe, count) in stripes.iter().zip(&mut counts) {
-        *count = stripe.count;
-        if stripe.count == 0 {
-            continue;
-        }
-        let prior = offset_weight(stripe, priors);
-        // The common error as it comes out, and what is left of the residuals without it.
-        let offset = (stripe.mo.dot(&m) - stripe.bo) / (stripe.oo + prior);
+/// Chi-square of the residuals, common errors left out, over their degrees of freedom; 1 or more.
+fn scatter(stripes: &[Stripe; MOST_LASERS], solved: &Solved) -> f64 {
+    let (m, mut chi2, mut freedom) = (&solved.m, 0.0, -3.0);
+    for (stripe, offset) in stripes.iter().zip(&solved.offsets) {
         let squares = m.dot(&(stripe.mm * m)) - 2.0 * m.dot(&stripe.bm) + stripe.rest;
-        chi2 += squares - 2.0 * offset * (stripe.mo.dot(&m) - stripe.bo) + offset * offset * stripe.oo;
+        chi2 += squares - 2.0 * offset * (stripe.bo - stripe.mo.dot(m)) + offset * offset * stripe.oo;
         freedom += stripe.count as f64;
-        disagreement += offset * offset * prior;
     }
-    let scatter = (chi2 / freedom.max(1.0)).max(1.0);
-    (Plane { m, covariance: inverse, counts, disagreement }, scatter)
+    (chi2 / freedom.max(1.0)).max(1.0)
 }
 
 /// By how much the centres' errors weigh more than they say, because neighbours err alike: light that is uneven over many columns
 /// (spangles, dirt) moves them together, and their mean is then no better than that of a few. The squared sums of runs of columns over
 /// what independent errors would give, for runs of several lengths; the greatest that chance does not explain.
-fn likeness(m: &Vector3<f64>, points: &[Point], projector: &Projector) -> f64 {
+fn likeness(solved: &Solved, points: &[Point], projector: &Projector) -> f64 {
+    let m = &solved.m;
     let mut most: f64 = 1.0;
     for length in RUNS {
         let (mut squares, mut runs, mut at) = (0.0, 0.0, 0);
@@ -194,15 +212,16 @@ fn likeness(m: &Vector3<f64>, points: &[Point], projector: &Projector) -> f64 {
             while at < points.len() && last(&points[at]) {
                 let point = &points[at];
                 let by_y = (projector.lasers[point.laser].inverse_plane - m).dot(&point.ray_by_y);
-                sum += (point.inverse_depth - m.dot(&point.ray)) / (by_y * point.sigma_px);
+                let off_px = (point.inverse_depth - m.dot(&point.ray)) / by_y - solved.offsets[point.laser];
+                sum += off_px / point.sigma_px;
                 count += 1.0;
                 at += 1;
             }
             squares += sum * sum / count;
             runs += 1.0;
         }
-        // Four unknowns at most are fitted to two stripes.
-        let freedom = runs - 4.0;
+        // Five unknowns are fitted to two stripes.
+        let freedom = runs - 5.0;
         if freedom >= 3.0 {
             let ratio = squares / freedom;
             let by_chance = 1.0 + 4.0 * (2.0_f64 / freedom).sqrt();

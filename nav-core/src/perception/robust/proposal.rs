@@ -204,7 +204,8 @@ impl Proposer {
                 libm::atan(in_base.x / in_base.y)
             };
             let fits = |r: &Reading| {
-                r.thickness.abs() < LONE_THICKNESS
+                !segments[r.segment].is_full
+                    && r.thickness.abs() < LONE_THICKNESS
                     && parallel.is_none_or(|m| (heading(m) - heading(&r.m)).abs() < LONE_HEADING_RAD)
             };
             let others = self.readings.iter().filter(|r| r.segment == reading.segment && r.laser != reading.laser);
@@ -339,7 +340,7 @@ fn near([x, y]: &[f64; 2], laser: usize, m: &Vector3<f64>, projector: &Projector
 }
 
 /// Whether a segment can be the stripe of this laser on this wall: lit, above the floor, as thick as that. The logarithm of its
-/// thickness over the expected one.
+/// thickness over the expected one; of an overexposed one 0, unless it is too thin.
 fn fits(segment: &Segment, laser: usize, m: &Vector3<f64>, projector: &Projector, upright: &Upright) -> Option<f64> {
     let mut expected = 0.0;
     for [x, y] in &segment.ends {
@@ -355,6 +356,10 @@ fn fits(segment: &Segment, laser: usize, m: &Vector3<f64>, projector: &Projector
     let slope = (y1 - y0) / (x1 - x0).max(1.0);
     let expected = (expected * expected + 16.0 / 12.0 * slope * slope).sqrt();
     let ratio = libm::log(segment.sigma_px / expected);
+    if segment.is_full {
+        // Cut off at its top it seems thicker than it is: that it is thick says nothing.
+        return (ratio >= -libm::log(THICKNESS_FACTOR)).then_some(ratio.min(0.0));
+    }
     (ratio.abs() <= libm::log(THICKNESS_FACTOR)).then_some(ratio)
 }
 

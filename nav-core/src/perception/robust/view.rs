@@ -57,6 +57,17 @@ impl<'a> View<'a> {
         size
     }
 
+    /// What [`Self::sum_blocks`] gives for a block of full pixels.
+    pub(super) fn full_block(&self) -> u16 {
+        let most = (self.full + 0.5) as u32;
+        let shift = match self.pixels {
+            Pixels::Grey8(_) => 0,
+            Pixels::Grey16(_) => (32 - most.leading_zeros()).saturating_sub(8),
+        };
+        // 255 at most.
+        (most >> shift) as u16 * BLOCK as u16
+    }
+
     fn sum<T: Copy + Into<u16>>(&self, values: &[T], shift: u32, [columns, rows]: [usize; 2], sums: &mut [u16]) {
         if self.stride[0] == 1 {
             for (line, to) in values.chunks_exact(self.stride[1]).zip(sums.chunks_exact_mut(columns)) {
