@@ -37,8 +37,9 @@ fn a_finer_tick_changes_little_and_the_next_finer_less() {
     for (name, (metres, radians)) in [("1200 and 2400 Hz", coarse), ("2400 and 4800 Hz", fine)] {
         println!("{name}: {:.3} mm and {:.3} mrad apart after {travelled:.3} m", metres * 1e3, radians * 1e3);
     }
-    println!("{poses:?}");
-    // TODO
-    assert!(coarse.0 < 3e-3 && coarse.1 < 5e-3);
-    assert!(fine.0 < coarse.0);
+    // Measured: 0.31 mm and 0.52 mrad, then 0.11 mm and 0.37 mrad. Contacts stiffen with the rate, so the robot itself changes as
+    // well as the error, and the heading, the difference of two turns of 5 degrees each, need not halve. Asked for is nothing;
+    // three times what is measured, and less for the finer pair, would show a method that does not converge.
+    assert!(coarse.0 < 1e-3 && coarse.1 < 1.5e-3);
+    assert!(fine.0 < coarse.0 && fine.1 < coarse.1);
 }
