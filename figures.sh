@@ -25,7 +25,9 @@ trap 'rm -rf "$parts"' EXIT
 export XDG_RUNTIME_DIR="${XDG_RUNTIME_DIR:-$parts}"
 
 echo "physics …" >&2
-cargo test --release --locked --workspace --test turning -- --nocapture --test-threads 1 >"$parts/physics"
+cargo test --release --locked -p ductloop-sim --test turning --test centre_of_mass --test yaw_torque --test wheel_shapes --test slope \
+    --test step_response --test energy --test time_step --test disturbance --test give_and_play --test drive --test contact \
+    -- --nocapture --test-threads 1 >"$parts/physics"
 echo "stripes …" >&2
 cargo test --release --locked --workspace --test stripes -- --nocapture --test-threads 1 >"$parts/stripes"
 echo "sensor …" >&2

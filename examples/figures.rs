@@ -83,7 +83,7 @@ fn read_arguments() -> Result<Arguments, Box<dyn Error>> {
         match argument.as_str() {
             "--slice" => seeds = 1,
             "--bench" => bench = serde_json::from_str(&text()?)?,
-            "--physics" => physics = printed(&text()?, &["chi ", "drift "]),
+            "--physics" => physics = printed(&text()?, &["chi ", "drift ", "closed form", " apart ", "energy of"]),
             "--stripes" => stripes = printed(&text()?, &["px RMS"]),
             "--sensor" => sensor = printed(&text()?, &[" for ", " px RMS", " DN, worst ", " centres; "]),
             "--memory" => memory = printed(&text()?, &[" MiB"]),

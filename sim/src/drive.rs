@@ -177,10 +177,11 @@ impl Drive {
         self.current_a
     }
 
-    /// Energy of rotor, links and winding, in J.
-    pub fn energy_j(&self) -> f64 {
+    /// Energy of rotor, links and winding, in J, with the wheels, front and rear, at these speeds after the tick.
+    pub fn energy_j(&self, wheel_rad_s: [f64; 2]) -> f64 {
         let rotor = 0.5 * self.inertia_kg_m2 * self.speed_rad_s * self.speed_rad_s;
-        rotor + self.links.energy_j() + 0.5 * self.spec.inductance_h * self.current_a * self.current_a
+        let winding = 0.5 * self.spec.inductance_h * self.current_a * self.current_a;
+        rotor + self.links.energy_j(self.dt_s, self.speed_rad_s, wheel_rad_s) + winding
     }
 
     /// Angle of the motor's shaft since the start, divided by the gear ratio, in radians.

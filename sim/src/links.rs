@@ -87,9 +87,14 @@ impl Links {
         })
     }
 
-    /// Energy in the springs, in J.
-    pub(crate) fn energy_j(&self) -> f64 {
-        let [front, rear] = self.strain_rad;
-        0.5 * self.stiffness_n_m_rad * (front * front + rear * rear)
+    /// Energy in the springs half a tick after the twists were taken, in J: where the wheels' speeds, which belong to the end of the
+    /// tick, and the twists, which are taken at its beginning, make a sum that a swing leaves alone (to second order in the tick).
+    pub(crate) fn energy_j(&self, dt_s: f64, rotor_rad_s: f64, wheel_rad_s: [f64; 2]) -> f64 {
+        let squares = [0, 1].map(|i| {
+            let twist = self.twist_rad[i] + 0.5 * dt_s * (rotor_rad_s - wheel_rad_s[i]);
+            let strain = twist - twist.clamp(-self.half_slack_rad, self.half_slack_rad);
+            strain * strain
+        });
+        0.5 * self.stiffness_n_m_rad * (squares[0] + squares[1])
     }
 }

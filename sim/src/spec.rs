@@ -123,6 +123,11 @@ impl RobotSpec {
         1.0 + ratio * ratio
     }
 
+    /// Speed of the wheels' rims at full duty and without any load or friction, in m/s: supply over back-EMF constant.
+    pub fn unloaded_speed_m_s(&self) -> f64 {
+        self.drive.supply_v / (self.drive.motor_constant * self.drive.gear_ratio) * self.wheel_radius_m
+    }
+
     /// Weight on a front and on a rear wheel at rest on a level floor, in N.
     pub fn wheel_loads_n(&self) -> [f64; 2] {
         let half_n = self.mass_kg * GRAVITY_M_S2 / 2.0;

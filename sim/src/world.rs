@@ -329,7 +329,9 @@ impl World {
             body.kinetic_energy() - body.mass() * physics.gravity.dot(body.center_of_mass())
         };
         let bodies = mechanical(chassis.body) + chassis.wheels.iter().map(|wheel| mechanical(*wheel)).sum::<f64>();
-        bodies + drives.iter().map(Drive::energy_j).sum::<f64>()
+        let [front_left, rear_left, front_right, rear_right] = chassis.wheel_speeds(&physics.bodies);
+        let [left, right] = drives;
+        bodies + left.energy_j([front_left, rear_left]) + right.energy_j([front_right, rear_right])
     }
 
     /// What the robot has bumped into so far.

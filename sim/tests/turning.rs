@@ -4,27 +4,10 @@ mod common;
 
 use std::f64::consts::TAU;
 
-use common::{GRIP, HZ, SpeedLoop, fitting, pose, run, straight};
-use ductloop_duct::fitting::Shape;
-use ductloop_duct::network::Network;
+use common::{GRIP, HZ, SpeedLoop, pose, room, straight, with_aspect};
 use ductloop_nav::messages::Sides;
 use ductloop_nav::rig::MountAngles;
 use ductloop_sim::{Ground, RobotSpec, World};
-
-/// A room wide enough to drive circles in.
-fn room() -> Network {
-    let mut room = fitting(Shape::Straight { length_m: 8.0 });
-    room.width_m = 8.0;
-    run(&[room])
-}
-
-/// INCRA I with another ratio of wheelbase to track.
-fn with_aspect(ratio: f64) -> RobotSpec {
-    let mut robot = RobotSpec::incra1();
-    robot.track_m = robot.wheelbase_m / ratio;
-    robot.chassis_m[1] = robot.chassis_m[1].min(robot.track_m - robot.wheel_width_m);
-    robot
-}
 
 struct Turn {
     /// Yaw rate of the ideal differential drive over the robot's.
@@ -61,52 +44,54 @@ fn turn(robot: &RobotSpec, grip: f64, physics_hz: u32, speeds: [f64; 2]) -> Turn
     Turn { chi: ideal / mean, ripple: (fastest - slowest) / mean }
 }
 
-fn assert_chi(turn: &Turn, theory: f64, what: &str) {
+/// What is asked for is 3 %. At 1200 Hz it is 0.02 to 0.09 %, which grows with the mass: the wheels' sinking-in (0.03 mm of 40 mm
+/// under 5 kg) makes them that much smaller. Three times the worst of it leaves room for another engine version.
+const AT_1200_HZ: f64 = 3e-3;
+
+fn assert_chi(turn: &Turn, theory: f64, tolerance: f64, what: &str) {
     let ratio = turn.chi / theory;
     println!("{what}: chi {:.4}, theory {theory:.4}, ratio {ratio:.5}, ripple {:.1e}", turn.chi, turn.ripple);
-    // What is asked for is 3 %. Measured at 1200 Hz: 0.05 %, most of it the wheels' sinking-in (0.03 mm of 40 mm); 0.24 % with
-    // 60 % of the load in front, against a theory printed to 0.04 %.
-    assert!((ratio - 1.0).abs() < 0.03, "{what}");
+    assert!((ratio - 1.0).abs() < tolerance, "{what}");
+    // A friction box instead of a cone would show as tens of percent, four times a turn. Measured: 1e-11 and less, rounding;
+    // 1e-7 at 300 Hz. A millionth leaves room for another engine version.
+    assert!(turn.ripple < 1e-6, "{what}: ripple {:.1e}", turn.ripple);
 }
 
 #[test]
 fn yaw_rate_is_that_of_the_ideal_drive_over_chi() {
-    for ratio in [0.16 / 0.19, 0.5, 1.2] {
+    for ratio in [0.5, 0.16 / 0.19, 1.2] {
         let robot = with_aspect(ratio);
         for speeds in [[4.0, 6.0], [-2.0, 2.0], [0.0, 3.0]] {
-            assert_chi(&turn(&robot, GRIP, HZ, speeds), robot.chi(), &format!("L/W {ratio:.3}, wheels {speeds:?} rad/s"));
+            assert_chi(
+                &turn(&robot, GRIP, HZ, speeds),
+                robot.chi(),
+                AT_1200_HZ,
+                &format!("L/W {ratio:.3}, wheels {speeds:?} rad/s"),
+            );
         }
     }
 }
 
 #[test]
-fn chi_depends_neither_on_grip_nor_mass_nor_rate() {
+fn chi_depends_neither_on_grip_nor_load() {
+    for ratio in [0.4, 0.6, 0.16 / 0.19, 1.0, 1.2, 1.5] {
+        for (grip, mass_kg) in [(0.3, 5.0), (0.9, 5.0), (GRIP, 2.5), (GRIP, 12.0)] {
+            let mut robot = with_aspect(ratio);
+            robot.mass_kg = mass_kg;
+            let what = format!("L/W {ratio:.3}, mu {grip}, {mass_kg} kg");
+            assert_chi(&turn(&robot, grip, HZ, [-2.0, 2.0]), robot.chi(), AT_1200_HZ, &what);
+        }
+    }
+}
+
+#[test]
+fn chi_does_not_depend_on_the_rate() {
     let robot = RobotSpec::incra1();
-    let mut heavy = RobotSpec::incra1();
-    heavy.mass_kg = 12.0;
-    assert_chi(&turn(&robot, 0.25, HZ, [-2.0, 2.0]), robot.chi(), "mu 0.25");
-    assert_chi(&turn(&heavy, GRIP, HZ, [-2.0, 2.0]), robot.chi(), "12 kg");
-    for hz in [300, 600, 4800] {
-        assert_chi(&turn(&robot, GRIP, hz, [-2.0, 2.0]), robot.chi(), &format!("{hz} Hz"));
+    // Contacts are as stiff as the tick allows: four times softer at half the rate, and the sinking-in with them. Measured: 0.58,
+    // 0.15, 0.009, 0.002 %.
+    for (hz, tolerance) in [(300, 0.01), (600, 4e-3), (2400, 5e-4), (4800, 1e-4)] {
+        assert_chi(&turn(&robot, GRIP, hz, [-2.0, 2.0]), robot.chi(), tolerance, &format!("{hz} Hz"));
     }
-}
-
-#[test]
-fn a_load_shifted_forward_turns_easier() {
-    // Published solutions of the same four contacts at L/W = 2/3 for 50, 55, 60 % of the weight on the front axle.
-    for (front, theory) in [(0.5, 1.444), (0.55, 1.395), (0.6, 1.210)] {
-        let mut robot = with_aspect(2.0 / 3.0);
-        robot.centre_of_mass_m[0] = (front - 0.5) * robot.wheelbase_m;
-        assert_chi(&turn(&robot, GRIP, HZ, [-2.0, 2.0]), theory, &format!("{:.0} % in front", front * 100.0));
-    }
-}
-
-#[test]
-fn spinning_on_the_spot_is_smooth() {
-    let spin = turn(&RobotSpec::incra1(), GRIP, HZ, [-2.0, 2.0]);
-    // A friction box instead of a cone would show as tens of percent, four times a turn. Measured: 5e-13 of the mean, which is
-    // rounding; a millionth leaves room for another engine version.
-    assert!(spin.ripple < 1e-6, "ripple {:.1e}", spin.ripple);
 }
 
 #[test]

@@ -26,6 +26,7 @@ pub(super) fn check(scenario: &Scenario, typed: &Typed, checked: &mut Checked) {
     cross.rates();
     cross.robot();
     cross.controllers();
+    cross.speed();
     cross.sensor();
     cross.perception();
     cross.fit();
@@ -104,6 +105,23 @@ impl Cross<'_> {
             let typed: Vec<String> = typed.collect();
             let paths: Vec<&str> = std::iter::once(path).chain(typed.iter().map(String::as_str)).collect();
             self.wrong(&paths, message, error.rule);
+        }
+    }
+
+    /// A speed that the motors do not reach even without load is never driven.
+    fn speed(&mut self) {
+        let robot = &self.scenario.robot;
+        if !self.checked.is_sound(&["robot"]) {
+            return;
+        }
+        let unloaded_m_s = robot.unloaded_speed_m_s();
+        if self.scenario.speed_m_s >= unloaded_m_s {
+            let speed_m_s = self.scenario.speed_m_s;
+            self.wrong(
+                &["robot.speed_m_s", "robot.drive", "robot"],
+                format!("`robot.speed_m_s` is {speed_m_s}: the motors turn the wheels at {unloaded_m_s:.3} m/s at most"),
+                "below that, with some left for load; or another `robot.drive` or `robot.wheel_radius_m`".to_owned(),
+            );
         }
     }
 

@@ -54,7 +54,7 @@ fn others(old: &str) -> Vec<String> {
     }
     let Ok(x) = old.parse::<f64>() else { return Vec::new() };
     let few = |x: f64| format!("{:?}", format!("{x:.3e}").parse::<f64>().expect("a number"));
-    if x == 0.0 { vec![few(0.0123)] } else { vec![few(x * 1.013), few(x * 0.987)] }
+    if x == 0.0 { vec![few(0.0123), few(1.23e-5)] } else { vec![few(x * 1.013), few(x * 0.987)] }
 }
 
 /// Every field of a resolved file is read into a place of its own: change one, and that one, and nothing else, comes out

@@ -9,6 +9,7 @@ use ductloop_nav::angle::rotation_about_z;
 use ductloop_nav::messages::Sides;
 use ductloop_nav::rig::MountAngles;
 use ductloop_sim::{Ground, RobotSpec, World};
+use nalgebra::Vector3;
 
 /// The default physics rate.
 pub(crate) const HZ: u32 = 1200;
@@ -27,6 +28,38 @@ pub(crate) fn straight(length_m: f64) -> Network {
 pub(crate) fn run(fittings: &[Fitting]) -> Network {
     Network::from_run(fittings, End::Cap, End::Cap).expect("the test's duct")
 }
+
+/// A room wide enough to drive circles in.
+pub(crate) fn room() -> Network {
+    let mut room = fitting(Shape::Straight { length_m: 8.0 });
+    room.width_m = 8.0;
+    run(&[room])
+}
+
+/// INCRA I without friction in gear and bearings, gear loss and rolling resistance.
+pub(crate) fn ideal() -> RobotSpec {
+    let mut robot = RobotSpec::incra1();
+    robot.rolling_resistance = 0.0;
+    robot.drive.coulomb_friction_n_m = 0.0;
+    robot.drive.gear_efficiency = 1.0;
+    robot
+}
+
+/// INCRA I with another ratio of wheelbase to track.
+pub(crate) fn with_aspect(ratio: f64) -> RobotSpec {
+    let mut robot = RobotSpec::incra1();
+    robot.track_m = robot.wheelbase_m / ratio;
+    robot.chassis_m[1] = robot.chassis_m[1].min(robot.track_m - robot.wheel_width_m);
+    robot
+}
+
+/// Gravity of a floor that rises toward +x by this angle.
+pub(crate) fn slope(angle_rad: f64) -> Vector3<f64> {
+    Vector3::new(-G * libm::sin(angle_rad), 0.0, -G * libm::cos(angle_rad))
+}
+
+/// Standard gravity, in m/s2.
+pub(crate) const G: f64 = 9.806_65;
 
 /// A pose on the floor.
 pub(crate) fn pose(x_m: f64, y_m: f64, heading_rad: f64) -> Transform {

@@ -73,6 +73,17 @@ pub(super) const FIELDS: &[Field] = &[
         .unit("N m/rad")
         .preset()
         .about("Torsional stiffness of the link from a side's motor to each of its wheels, seen at the wheel."),
+    Field::number("robot.link_slack_rad", 0.0, 0.6, |s| &mut s.robot.link_slack_rad)
+        .unit("rad")
+        .default("0.0")
+        .about("Play of that link, seen at the wheel: how far the wheel turns before the gear holds it."),
+    Field::number("robot.wheel_compliance_m_n", 0.0, 0.01, |s| &mut s.robot.wheel_compliance_m_n)
+        .unit("m/N")
+        .default("0.0")
+        .about("How far a newton of load presses a wheel in; 0 is a rigid wheel."),
+    Field::number("robot.wheel_damping_ratio", 0.0, 2.0, |s| &mut s.robot.wheel_damping_ratio)
+        .default("0.1")
+        .about("Damping of wheels that give, as a share of what would be critical for a quarter of the robot."),
     Field::number("robot.rolling_resistance", 0.0, 0.5, |s| &mut s.robot.rolling_resistance)
         .preset()
         .about("Torque that opposes rolling, as a share of wheel load times wheel radius."),
