@@ -8,7 +8,6 @@ use nalgebra::{Translation3, Vector3};
 use crate::scenario::Scenario;
 use crate::scenario::accuracy_file::Poses;
 use crate::stream::uniform;
-use crate::stream::uniform;
 
 /// A pose of the base in the duct, and how wide the duct is there.
 #[derive(Clone, Copy, Debug, PartialEq)]
