@@ -30,6 +30,12 @@ pub enum ScalingError {
         /// Duty for one count a tick.
         duty_per_count: f64,
     },
+    /// The integral cannot carry a load.
+    #[error("in 16 bits the integral term reaches only {duty:.3} of full duty: the bandwidth is too low for so fine an encoder")]
+    TooWeak {
+        /// The largest integral term, in duty.
+        duty: f64,
+    },
 }
 
 /// The integer loop's numbers, and the scale of its set-points.
@@ -49,7 +55,7 @@ impl Scaling {
     /// 15 bits.
     ///
     /// # Errors
-    /// If speeds or gains do not fit 16 bits.
+    /// If speeds, gains or the integral do not fit 16 bits.
     pub fn new(
         gains: &WheelGains,
         limits: &WheelLimits,
@@ -63,6 +69,11 @@ impl Scaling {
         let feed_forward = gains.feed_forward_s_rad / counts_per_rad_s;
         let proportional = gains.proportional_s_rad / counts_per_rad_s;
         let integral = gains.integral_1_rad * period_s / counts_per_rad_s;
+        // Its sum has 16 bits before the point.
+        let most = integral * 32_767.0;
+        if most < 1.0 {
+            return Err(ScalingError::TooWeak { duty: most });
+        }
         let integral_bits = bits_beside(INTEGRAL_DUTY / integral).unwrap_or(0);
         let gain = |duty: f64, bits: u32| Gain::new(duty * DUTY_ONE / f64::from(1 << bits));
         let too_coarse = ScalingError::TooCoarse { duty_per_count: proportional.max(integral) };
@@ -172,5 +183,8 @@ mod tests {
         let wild = WheelGains::from_bandwidth(5000.0, 3.0, 0.02);
         let coarse = Scaling::new(&wild, &WheelLimits::NONE, 0.1, 4.0, 8);
         assert!(matches!(coarse, Err(ScalingError::TooCoarse { .. })), "{coarse:?}");
+        // 20 rad/s instead of 60: a ninth of the integral's gain, 0.80 of full duty at 32767 counts.
+        let weak = Scaling::new(&WheelGains::from_bandwidth(20.0, 31.2, 0.02), &WheelLimits::NONE, 0.005, 66_000.0, 8);
+        assert!(matches!(weak, Err(ScalingError::TooWeak { duty }) if (0.79..0.81).contains(&duty)), "{weak:?}");
     }
 }
