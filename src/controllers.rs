@@ -62,9 +62,9 @@ impl Controllers {
         self.duty
     }
 
-    /// Whether the wheel controller has brought the wheels down for want of commands.
+    /// Whether the wheel controller has brought the wheels down of its own: for want of commands, or because one does not follow.
     pub(crate) fn are_down(&self) -> bool {
-        self.wheels.hearing() == Hearing::Down
+        matches!(self.wheels.hearing(), Hearing::Down | Hearing::CutOff)
     }
 
     /// What the frame log says of them. `mount` is where the camera truly points.
@@ -88,6 +88,7 @@ impl Scenario {
             pwm_bits: control.pwm_bits,
             silence_s: control.silence_s,
             ramp_rad_s2: control.ramp_m_s2 / self.robot.wheel_radius_m,
+            follow_s: control.follow_s,
         }
     }
 

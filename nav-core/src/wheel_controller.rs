@@ -11,6 +11,7 @@
 
 pub mod board;
 pub mod fixed;
+pub mod following;
 pub mod scaling;
 pub mod silence;
 

@@ -30,6 +30,7 @@ pub fn hearing_word(hearing: Hearing) -> &'static str {
         Hearing::Commanded => "commanded",
         Hearing::RampingDown => "ramping-down",
         Hearing::Down => "down",
+        Hearing::CutOff => "cut-off",
     }
 }
 

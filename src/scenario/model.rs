@@ -170,6 +170,8 @@ pub struct WheelControl {
     pub silence_s: f64,
     /// Deceleration of the wheels' rims then, in m/s2.
     pub ramp_m_s2: f64,
+    /// Longest time that a wheel may be off its set-point before the motors are cut off, in seconds.
+    pub follow_s: f64,
 }
 
 /// The mount and its controller. Play and encoders are the same for pan and tilt.

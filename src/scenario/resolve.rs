@@ -215,6 +215,7 @@ fn blank() -> Scenario {
             voltage_limit_v: None,
             silence_s: 1.0,
             ramp_m_s2: 1.0,
+            follow_s: 0.25,
         },
         mount_control: MountControl {
             acceleration_rad_s2: None,

@@ -1,6 +1,7 @@
 //! The wheel controller as a robot carries it: a loop a side, in integers or in `f64`, and the watch over a link that may go dead.
 
 use super::fixed::FixedSide;
+use super::following::Following;
 use super::scaling::{Scaling, ScalingError};
 use super::silence::{Hearing, Silence};
 use super::{WheelController, WheelGains, WheelLimits};
@@ -45,6 +46,8 @@ pub struct BoardParams {
     pub silence_s: f64,
     /// How fast it then slows down, in rad/s2 at the wheel.
     pub ramp_rad_s2: f64,
+    /// Longest time that a wheel may be off its set-point before the motors are cut off, in seconds.
+    pub follow_s: f64,
 }
 
 /// Both sides' loops and what they do when no command comes.
@@ -52,6 +55,9 @@ pub struct BoardParams {
 pub struct WheelBoard {
     loops: Loops,
     silence: Silence,
+    following: Following,
+    counts: Option<Counts>,
+    rad_s_per_count: f64,
     hearing: Hearing,
 }
 
@@ -67,8 +73,17 @@ impl WheelBoard {
     /// # Errors
     /// If the loop cannot be had in 16-bit integers.
     pub fn new(params: &BoardParams) -> Result<Self, ScalingError> {
-        let BoardParams { arithmetic, gains, limits, period_s, counts_per_wheel_turn, pwm_bits, silence_s, ramp_rad_s2 } =
-            *params;
+        let BoardParams {
+            arithmetic,
+            gains,
+            limits,
+            period_s,
+            counts_per_wheel_turn,
+            pwm_bits,
+            silence_s,
+            ramp_rad_s2,
+            follow_s,
+        } = *params;
         let loops = match arithmetic {
             Arithmetic::Fixed => {
                 let scaling = Scaling::new(&gains, &limits, period_s, counts_per_wheel_turn, pwm_bits)?;
@@ -81,8 +96,16 @@ impl WheelBoard {
             },
         };
         // The cast saturates; a limit of less than a tick would mean to slow down between any two commands.
-        let silence = Silence::new(((silence_s / period_s).round() as u32).max(1));
-        Ok(Self { loops, silence, hearing: Hearing::Commanded })
+        let ticks = |time_s: f64| ((time_s / period_s).round() as u32).max(1);
+        let rad_s_per_count = std::f64::consts::TAU / (counts_per_wheel_turn * period_s);
+        Ok(Self {
+            loops,
+            silence: Silence::new(ticks(silence_s)),
+            following: Following::new(ticks(follow_s)),
+            counts: None,
+            rad_s_per_count,
+            hearing: Hearing::Commanded,
+        })
     }
 
     /// A command has come: the wheel speeds to hold from now on, in rad/s.
@@ -99,6 +122,13 @@ impl WheelBoard {
 
     /// The duty of each motor, -1 to 1, until the next call. Of the counts the integer loop reads the lower 16 bits.
     pub fn tick(&mut self, counts: Counts) -> Sides {
+        let before = self.counts.replace(counts).unwrap_or(counts);
+        let speed = |now: i64, before: i64| (now - before) as f64 * self.rad_s_per_count;
+        let measured = Sides { left: speed(counts.left, before.left), right: speed(counts.right, before.right) };
+        if self.following.tick(self.target_rad_s(), measured) {
+            self.hearing = Hearing::CutOff;
+            return Sides::default();
+        }
         self.hearing = self.listen();
         match &mut self.loops {
             Loops::Fixed { scaling, left, right, .. } => Sides {
@@ -112,6 +142,16 @@ impl WheelBoard {
     /// What it did about its commands on the last tick.
     pub fn hearing(&self) -> Hearing {
         self.hearing
+    }
+
+    /// The set-points that are held, in rad/s.
+    fn target_rad_s(&self) -> Sides {
+        match &self.loops {
+            Loops::Fixed { scaling, left, right, .. } => {
+                Sides { left: scaling.speed(left.target()), right: scaling.speed(right.target()) }
+            }
+            Loops::Float { controller, .. } => controller.target_rad_s(),
+        }
     }
 
     fn listen(&mut self) -> Hearing {
@@ -146,6 +186,8 @@ mod tests {
         pwm_bits: 8,
         silence_s: 0.1,
         ramp_rad_s2: 25.0,
+        // These tests have no wheels that could follow.
+        follow_s: 1e6,
     };
 
     /// 0.1 s of silence are 20 ticks; 7.5 rad/s at 25 rad/s2 are 0.3 s, 60 ticks.

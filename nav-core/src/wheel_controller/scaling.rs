@@ -102,6 +102,11 @@ impl Scaling {
         (wheel_rad_s * self.counts_per_rad_s * ONE).round().clamp(-most, most) as i32
     }
 
+    /// The wheel speed in rad/s of a set-point in counts a tick, Q16.16.
+    pub fn speed(&self, set_point: i32) -> f64 {
+        f64::from(set_point) / (self.counts_per_rad_s * ONE)
+    }
+
     /// An angular deceleration in rad/s2 as the step of a set-point a tick, Q16.16, at least the smallest.
     pub fn step(&self, rad_s2: f64, period_s: f64) -> i32 {
         self.set_point(rad_s2 * period_s).max(1)

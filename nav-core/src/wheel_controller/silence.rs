@@ -13,6 +13,8 @@ pub enum Hearing {
     RampingDown,
     /// It has heard nothing for too long, and holds standstill.
     Down,
+    /// A wheel has not followed its set-point for too long ([`super::following`]): the motors are cut off, and stay so.
+    CutOff,
 }
 
 /// Counts the ticks of silence.

@@ -44,4 +44,11 @@ pub(super) const FIELDS: &[Field] = &[
         .unit("m/s2")
         .default("1.0")
         .about("Deceleration of the wheels' rims when no command comes."),
+    Field::number("wheel_control.follow_s", 0.01, 36_000.0, |s| &mut s.wheel_control.follow_s)
+        .unit("s")
+        .default("0.25")
+        .about(
+            "Longest time that a wheel may be off its set-point by a quarter of it (by 1 rad/s, if that is more) before the motors are cut \
+             off: a motor is dead, an encoder stuck, or the wheel held.",
+        ),
 ];
