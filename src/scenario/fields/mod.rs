@@ -13,6 +13,8 @@ mod general;
 mod imager;
 mod koh_cho;
 mod lasers;
+mod laws;
+mod limits;
 mod navigator;
 mod object;
 mod paper;
@@ -65,7 +67,9 @@ pub fn tables() -> impl Iterator<Item = &'static TableRow> {
         navigator::TABLES,
         paper::TABLES,
         robust::TABLES,
+        limits::TABLES,
         koh_cho::TABLES,
+        laws::TABLES,
         duct::TABLES,
         object::TABLES,
         course::TABLES,
@@ -88,7 +92,9 @@ pub fn fields() -> impl Iterator<Item = &'static Field> {
         navigator::FIELDS,
         paper::FIELDS,
         robust::FIELDS,
+        limits::FIELDS,
         koh_cho::FIELDS,
+        laws::FIELDS,
         duct::FIELDS,
         object::FIELDS,
         course::FIELDS,
