@@ -25,6 +25,7 @@ use nalgebra::Point3;
 
 use crate::fault::Faults;
 use crate::grey_image::GreyImage;
+use crate::navigator_process::{FailureSlot, NavigatorError};
 use crate::pilot::{Pilot, TruthFeed};
 use crate::record::{EndState, FrameRecord, KeyFrames, RunRecord};
 use crate::run_hash::RunHash;
@@ -44,6 +45,9 @@ pub enum RunError {
     /// There is no image.
     #[error("{0}")]
     Render(#[from] RenderError),
+    /// A navigator that is a program of its own has failed.
+    #[error("{0}")]
+    Navigator(#[from] NavigatorError),
 }
 
 /// A run that could not go on, with what it had come to.
@@ -255,14 +259,15 @@ struct Head<'a> {
     renderer: &'a mut dyn Renderer,
     navigator: Box<dyn Navigator>,
     truth: Option<TruthFeed>,
+    failure: Option<FailureSlot>,
     image: GreyImage,
 }
 
 impl<'a> Head<'a> {
     fn new(scenario: &Scenario, pilot: Pilot, renderer: &'a mut dyn Renderer) -> Self {
         let image = GreyImage::black(&scenario.rig.camera, scenario.optics.ccd.bits);
-        let Pilot { navigator, truth } = pilot;
-        Self { renderer, navigator, truth, image }
+        let Pilot { navigator, truth, failure } = pilot;
+        Self { renderer, navigator, truth, failure, image }
     }
 
     /// Exposes a frame and has the navigator decide on it.
@@ -274,12 +279,16 @@ impl<'a> Head<'a> {
         counts: Counts,
         mount: MountAngles,
         tick: u64,
-    ) -> Result<Command, RenderError> {
+    ) -> Result<Command, RunError> {
         self.renderer.render(view, self.image.room())?;
         if let Some(feed) = &self.truth {
             feed.set(truth.lateral_m, truth.heading_rad, width_m);
         }
-        Ok(self.navigator.on_frame(&self.image.frame(), counts, mount, tick))
+        let command = self.navigator.on_frame(&self.image.frame(), counts, mount, tick);
+        match self.failure.as_ref().and_then(FailureSlot::get) {
+            Some(error) => Err(error.into()),
+            None => Ok(command),
+        }
     }
 }
 

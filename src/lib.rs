@@ -29,6 +29,7 @@ pub mod engine;
 pub mod fault;
 pub mod grey_image;
 pub mod metrics;
+pub mod navigator_process;
 #[cfg(feature = "cli")]
 pub mod output;
 #[cfg(feature = "cli")]
@@ -59,6 +60,7 @@ pub use ductloop_nav::rig::MountAngles;
 pub use engine::Engine;
 pub use grey_image::GreyImage;
 pub use metrics::{Metrics, Reason, Verdict};
+pub use navigator_process::{NavigatorCommand, NavigatorError};
 pub use pilot::Pilot;
 pub use scenario::Scenario;
 pub use single_run::{Outcome, run, run_on};

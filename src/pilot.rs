@@ -20,12 +20,14 @@ use ductloop_nav::perception::robust::{RobustParams, RobustPerception};
 use ductloop_nav::perception::{Measurement, Perception};
 use ductloop_nav::rig::MountAngles;
 
+use crate::navigator_process::FailureSlot;
 use crate::scenario::{Law, Pipeline, Scenario};
 
 /// A navigator, and where the loop leaves the truth for it if it steers by the truth.
 pub struct Pilot {
     pub(crate) navigator: Box<dyn Navigator>,
     pub(crate) truth: Option<TruthFeed>,
+    pub(crate) failure: Option<FailureSlot>,
 }
 
 /// Carries the true errors from the loop to [`TruthPerception`]. Nothing else connects a navigator to the simulator.
@@ -68,18 +70,25 @@ impl Pilot {
             }
             Pipeline::Robust | Pipeline::Paper => (perception(scenario), None),
         };
-        Self { navigator: Box::new(navigator(scenario, perception, law)), truth }
+        Self { navigator: Box::new(navigator(scenario, perception, law)), truth, failure: None }
     }
 
     /// The robot's own navigator with another perception.
     pub fn with_perception(scenario: &Scenario, perception: impl Perception + 'static) -> Self {
-        Self { navigator: Box::new(navigator(scenario, perception, law(scenario))), truth: None }
+        Self { navigator: Box::new(navigator(scenario, perception, law(scenario))), truth: None, failure: None }
+    }
+}
+
+impl Pilot {
+    /// A navigator that may fail, and says so in a slot.
+    pub(crate) fn of_process(navigator: Box<dyn Navigator>, failure: FailureSlot) -> Self {
+        Self { navigator, truth: None, failure: Some(failure) }
     }
 }
 
 impl<N: Navigator + 'static> From<N> for Pilot {
     fn from(navigator: N) -> Self {
-        Self { navigator: Box::new(navigator), truth: None }
+        Self { navigator: Box::new(navigator), truth: None, failure: None }
     }
 }
 
