@@ -201,7 +201,10 @@ fn plot(panels: &[(String, Vec<(String, Vec<(f64, f64)>)>)]) -> String {
     };
     for (panel, (title, traces)) in panels.iter().enumerate() {
         let (x, y) = at(panel, 0.0, RANGE_MM.1 * 1e-3);
-        put(format!("<text x=\"{x}\" y=\"{:.1}\" font-weight=\"bold\">{title}: lateral offset (mm) over distance (m)</text>", y - 8.0));
+        put(format!(
+            "<text x=\"{x}\" y=\"{:.1}\" font-weight=\"bold\">{title}: lateral offset (mm) over distance (m)</text>",
+            y - 8.0
+        ));
         for y_mm in [-20, 0, 20, 40, 60] {
             let ((x0, y), (x1, _)) = (at(panel, 0.0, f64::from(y_mm) * 1e-3), at(panel, LENGTH_M, 0.0));
             put(format!("<line x1=\"{x0}\" y1=\"{y:.1}\" x2=\"{x1}\" y2=\"{y:.1}\" stroke=\"#ddd\"/>"));
@@ -214,8 +217,7 @@ fn plot(panels: &[(String, Vec<(String, Vec<(f64, f64)>)>)]) -> String {
         for (index, (name, trace)) in traces.iter().enumerate() {
             let colour = COLOURS[index % COLOURS.len()];
             let near = trace.iter().filter(|(x, _)| (0.0..=LENGTH_M).contains(x));
-            let points: Vec<String> =
-                near.map(|(x, y)| at(panel, *x, *y)).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+            let points: Vec<String> = near.map(|(x, y)| at(panel, *x, *y)).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
             put(format!("<polyline fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.5\" points=\"{}\"/>", points.join(" ")));
             let (x, y) = at(panel, LENGTH_M, RANGE_MM.1 * 1e-3);
             let y = y + 16.0 * (index as f64 + 0.5);

@@ -1,6 +1,6 @@
 //! A linear-quadratic regulator on (lateral, heading): the gains that minimise the sum over all commands to come of
-//! (lateral / l)^2 + (heading / h)^2 + (w / r)^2, found by the discrete Riccati equation at the robot's speed and period. Textbook: B. D. O.
-//! Anderson and J. B. Moore, "Optimal Control: Linear Quadratic Methods", 1990, section 2.4.
+//! (lateral / l)^2 + (heading / h)^2 + (w / r)^2, found by the discrete Riccati equation at the robot's speed and period. Textbook:
+//! B. D. O. Anderson and J. B. Moore, "Optimal Control: Linear Quadratic Methods", 1990, section 2.4.
 //!
 //! Over a period T at speed v, linearised, with a constant yaw rate w: lateral += v T heading + v T^2 / 2 w, heading += T w. In the
 //! limit of short periods the gains are k_y = r / l and k_th = sqrt(2 v k_y + (r / h)^2). While the robot gathers speed the
