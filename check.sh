@@ -15,6 +15,8 @@ have_vulkan() {
 missing=()
 if [ "$(uname -s)" = Linux ]; then
     have_vulkan || missing+=(mesa-vulkan-drivers)
+    # The example of a navigator in Python.
+    python3 -c 'import numpy' 2>/dev/null || missing+=(python3-numpy)
     [ "$(uname -m)" != x86_64 ] || command -v qemu-x86_64 >/dev/null || missing+=(qemu-user)
 fi
 if [ ${#missing[@]} -gt 0 ]; then
@@ -43,6 +45,11 @@ cargo clippy --release --locked --no-default-features --lib -- -D warnings
 
 step "tests"
 cargo test --release --workspace --locked
+
+step "a navigator in a crate outside the workspace"
+# It has a lock file of its own making from the workspace's, so that both stand on the same versions.
+cp Cargo.lock examples/own-navigator/Cargo.lock
+cargo run --release --quiet --offline --manifest-path examples/own-navigator/Cargo.toml --target-dir target -- scenarios/straight.toml
 
 step "documentation"
 cargo doc --workspace --no-deps --locked --quiet

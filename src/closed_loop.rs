@@ -29,6 +29,7 @@ use crate::fault::Faults;
 use crate::fault::encoder::FaultyEncoders;
 use crate::grey_image::GreyImage;
 use crate::head::{Exposure, Head};
+use crate::navigator_process::NavigatorError;
 use crate::pilot::Pilot;
 use crate::record::{EndState, FrameRecord, KeyFrames, RunRecord};
 use crate::run_hash::RunHash;
@@ -51,6 +52,9 @@ pub enum RunError {
     /// There is no image.
     #[error("{0}")]
     Render(#[from] RenderError),
+    /// A navigator that is a program of its own has failed.
+    #[error("{0}")]
+    Navigator(#[from] NavigatorError),
 }
 
 /// A run that could not go on, with what it had come to.

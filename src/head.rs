@@ -3,11 +3,13 @@
 use ductloop_nav::messages::{Command, Counts, Tick};
 use ductloop_nav::navigator::{Navigator, Report};
 use ductloop_nav::rig::MountAngles;
-use ductloop_sensor::renderer::{RenderError, Renderer, View};
+use ductloop_sensor::renderer::{Renderer, View};
 
+use crate::closed_loop::RunError;
 use crate::fault::ActiveFaults;
 use crate::fault::camera::{Delivery, Exposed, UnderWay, delivery, spoil};
 use crate::grey_image::GreyImage;
+use crate::navigator_process::FailureSlot;
 use crate::pilot::{Pilot, TruthFeed};
 use crate::scenario::Scenario;
 
@@ -29,6 +31,8 @@ pub(crate) struct Head<'a> {
     renderer: &'a mut dyn Renderer,
     navigator: Box<dyn Navigator>,
     truth: Option<TruthFeed>,
+    /// Where a navigator that is a program of its own says that it has failed.
+    failure: Option<FailureSlot>,
     image: GreyImage,
     under_way: UnderWay,
     delivery: Delivery,
@@ -39,11 +43,12 @@ pub(crate) struct Head<'a> {
 impl<'a> Head<'a> {
     pub(crate) fn new(scenario: &Scenario, pilot: Pilot, renderer: &'a mut dyn Renderer) -> Self {
         let image = GreyImage::black(&scenario.rig.camera, scenario.optics.ccd.bits);
-        let Pilot { navigator, truth } = pilot;
+        let Pilot { navigator, truth, failure } = pilot;
         Self {
             renderer,
             navigator,
             truth,
+            failure,
             image,
             under_way: UnderWay::default(),
             delivery: Delivery::Fresh,
@@ -53,7 +58,7 @@ impl<'a> Head<'a> {
     }
 
     /// Exposes a frame and has the navigator decide on what arrives of it; `None` where nothing does.
-    pub(crate) fn look(&mut self, exposure: &Exposure<'_>, active: &ActiveFaults<'_>) -> Result<Option<Command>, RenderError> {
+    pub(crate) fn look(&mut self, exposure: &Exposure<'_>, active: &ActiveFaults<'_>) -> Result<Option<Command>, RunError> {
         let Exposure { view, truth, counts, mount, tick } = *exposure;
         self.delivery = delivery(active, self.seed, view.frame);
         if !matches!(self.delivery, Delivery::Late(_)) {
@@ -69,17 +74,25 @@ impl<'a> Head<'a> {
                 let exposed = Exposed { image: self.image.clone(), counts, mount, tick };
                 let Some(late) = self.under_way.pass(exposed, frames) else { return Ok(None) };
                 self.image = late.image;
-                return Ok(Some(self.navigator.on_frame(&self.image.frame(), late.counts, late.mount, late.tick)));
+                return self.decide(late.counts, late.mount, late.tick);
             }
         }
         if let Some(feed) = &self.truth {
             let [lateral_m, heading_rad, width_m] = truth;
             feed.set(lateral_m, heading_rad, width_m);
         }
-        Ok(Some(self.navigator.on_frame(&self.image.frame(), counts, mount, tick)))
+        self.decide(counts, mount, tick)
     }
 
-    fn expose(&mut self, view: &View, active: &ActiveFaults<'_>) -> Result<(), RenderError> {
+    fn decide(&mut self, counts: Counts, mount: MountAngles, tick: Tick) -> Result<Option<Command>, RunError> {
+        let command = self.navigator.on_frame(&self.image.frame(), counts, mount, tick);
+        match self.failure.as_ref().and_then(FailureSlot::get) {
+            Some(error) => Err(error.into()),
+            None => Ok(Some(command)),
+        }
+    }
+
+    fn expose(&mut self, view: &View, active: &ActiveFaults<'_>) -> Result<(), RunError> {
         self.renderer.render(view, self.image.room())?;
         spoil(&mut self.image, active, self.seed, self.black_dn);
         Ok(())

@@ -32,6 +32,7 @@ pub mod grey_image;
 mod head;
 pub mod link;
 pub mod metrics;
+pub mod navigator_process;
 #[cfg(feature = "cli")]
 pub mod output;
 #[cfg(feature = "cli")]
@@ -63,6 +64,7 @@ pub use ductloop_nav::rig::MountAngles;
 pub use engine::Engine;
 pub use grey_image::GreyImage;
 pub use metrics::{Metrics, Reason, Verdict};
+pub use navigator_process::{NavigatorCommand, NavigatorError};
 pub use pilot::Pilot;
 pub use scenario::Scenario;
 pub use single_run::{Outcome, run, run_on};

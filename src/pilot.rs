@@ -3,7 +3,14 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ductloop_nav::control::ControlLaw;
-use ductloop_nav::control::koh_cho::{KohCho, KohChoParams};
+use ductloop_nav::control::kanayama::Kanayama;
+use ductloop_nav::control::koh_cho::KohCho;
+use ductloop_nav::control::koh_cho_printed::KohChoPrinted;
+use ductloop_nav::control::limits::Limits;
+use ductloop_nav::control::lqr::Lqr;
+use ductloop_nav::control::pure_pursuit::PurePursuit;
+use ductloop_nav::control::samson::Samson;
+use ductloop_nav::control::stanley::Stanley;
 use ductloop_nav::exposure::{AutoExposure, ExposureParams};
 use ductloop_nav::messages::Frame;
 use ductloop_nav::navigator::{DuctNavigator, Navigator, NavigatorParams};
@@ -13,12 +20,14 @@ use ductloop_nav::perception::robust::{RobustParams, RobustPerception};
 use ductloop_nav::perception::{Measurement, Perception};
 use ductloop_nav::rig::MountAngles;
 
+use crate::navigator_process::FailureSlot;
 use crate::scenario::{Law, Pipeline, Scenario};
 
 /// A navigator, and where the loop leaves the truth for it if it steers by the truth.
 pub struct Pilot {
     pub(crate) navigator: Box<dyn Navigator>,
     pub(crate) truth: Option<TruthFeed>,
+    pub(crate) failure: Option<FailureSlot>,
 }
 
 /// Carries the true errors from the loop to [`TruthPerception`]. Nothing else connects a navigator to the simulator.
@@ -61,18 +70,25 @@ impl Pilot {
             }
             Pipeline::Robust | Pipeline::Paper => (perception(scenario), None),
         };
-        Self { navigator: Box::new(navigator(scenario, perception, law)), truth }
+        Self { navigator: Box::new(navigator(scenario, perception, law)), truth, failure: None }
     }
 
     /// The robot's own navigator with another perception.
     pub fn with_perception(scenario: &Scenario, perception: impl Perception + 'static) -> Self {
-        Self { navigator: Box::new(navigator(scenario, perception, law(scenario))), truth: None }
+        Self { navigator: Box::new(navigator(scenario, perception, law(scenario))), truth: None, failure: None }
+    }
+}
+
+impl Pilot {
+    /// A navigator that may fail, and says so in a slot.
+    pub(crate) fn of_process(navigator: Box<dyn Navigator>, failure: FailureSlot) -> Self {
+        Self { navigator, truth: None, failure: Some(failure) }
     }
 }
 
 impl<N: Navigator + 'static> From<N> for Pilot {
     fn from(navigator: N) -> Self {
-        Self { navigator: Box::new(navigator), truth: None }
+        Self { navigator: Box::new(navigator), truth: None, failure: None }
     }
 }
 
@@ -92,15 +108,23 @@ fn navigator<P: Perception, L: ControlLaw>(scenario: &Scenario, perception: P, l
     }
 }
 
-fn law(scenario: &Scenario) -> Box<dyn ControlLaw> {
-    match scenario.control.law {
-        Law::KohCho => Box::new(KohCho::new(koh_cho_params(scenario))),
+/// The scenario's control law, at rest.
+pub fn law(scenario: &Scenario) -> Box<dyn ControlLaw> {
+    let (speed_m_s, limits, control) = (scenario.speed_m_s, limits(scenario), &scenario.control);
+    match control.law {
+        Law::KohCho => Box::new(KohCho::new(speed_m_s, limits, control.koh_cho)),
+        Law::KohChoPrinted => Box::new(KohChoPrinted::new(speed_m_s, limits, control.koh_cho.landing)),
+        Law::PurePursuit => Box::new(PurePursuit::new(speed_m_s, limits, control.pure_pursuit)),
+        Law::Stanley => Box::new(Stanley::new(speed_m_s, limits, control.stanley)),
+        Law::Kanayama => Box::new(Kanayama::new(speed_m_s, limits, control.kanayama)),
+        Law::Samson => Box::new(Samson::new(speed_m_s, limits, control.samson)),
+        Law::Lqr => Box::new(Lqr::new(speed_m_s, limits, control.lqr)),
     }
 }
 
-/// Parameters of the control law: speed and effective track are the scenario's and the robot's.
-pub fn koh_cho_params(scenario: &Scenario) -> KohChoParams {
-    KohChoParams { speed_m_s: scenario.speed_m_s, effective_track_m: effective_track_m(scenario), ..scenario.control.koh_cho }
+/// Limits of the control laws, for one's own too: the effective track is the robot's.
+pub fn limits(scenario: &Scenario) -> Limits {
+    Limits { effective_track_m: effective_track_m(scenario), ..scenario.control.limits }
 }
 
 /// Parameters of the paper's pipeline: the duct's width is what the navigator is told.

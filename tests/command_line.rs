@@ -15,6 +15,8 @@ mod inputs;
 mod interrupts;
 #[path = "command_line/other_commands.rs"]
 mod other_commands;
+#[path = "command_line/own_navigator.rs"]
+mod own_navigator;
 #[path = "command_line/perceive.rs"]
 mod perceive;
 #[path = "command_line/render.rs"]

@@ -114,7 +114,8 @@ fn presets_and_defaults_are_those_of_the_parts() {
     assert_eq!(scenario.robot, RobotSpec::incra1());
     assert_eq!(scenario.optics, Optics::default());
     assert_eq!(scenario.perception.paper, Default::default());
-    assert_eq!(scenario.control.koh_cho, Default::default());
+    let wheel_bandwidth_rad_s = scenario.control.wheel_bandwidth_rad_s;
+    assert_eq!(scenario.control, ductloop::scenario::Control { wheel_bandwidth_rad_s, ..Default::default() });
     assert_eq!(scenario.navigation.width_m, scenario.duct.width_m);
     assert_eq!(scenario.actual_rig(), scenario.rig);
     let surfaces: Vec<_> = scenario.surfaces.iter().map(|s: &Surface| s.name.as_str()).collect();

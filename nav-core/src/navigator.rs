@@ -139,7 +139,8 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
         let drive = &self.params.drive;
         let meanwhile = drive.twist(drive.approach(wheels, self.commanded, period_s));
         let (lateral_m, heading_rad, along) = advance(self.lateral_m, self.heading_rad, meanwhile, period_s);
-        PathState { lateral_m, heading_rad, curvature_1_m: 0.0, travelled_m: self.travelled_m + along, period_s }
+        let (travelled_m, measured) = (self.travelled_m + along, drive.twist(wheels));
+        PathState { lateral_m, heading_rad, curvature_1_m: 0.0, travelled_m, measured, period_s }
     }
 
     /// Wheels and mount: what to do on what this frame shows.

@@ -4,6 +4,7 @@ mod common;
 
 use common::{Pose, image, wide};
 use ductloop_nav::control::koh_cho::{KohCho, KohChoParams};
+use ductloop_nav::control::limits::Limits;
 use ductloop_nav::exposure::{AutoExposure, ExposureParams};
 use ductloop_nav::messages::{Counts, Frame};
 use ductloop_nav::navigator::{DuctNavigator, Navigator, NavigatorParams, State};
@@ -34,8 +35,8 @@ fn does_not_allocate(perception: impl Perception) {
     };
     let params = NavigatorParams { ticks_per_s: 1200.0, ticks_per_frame: 40, drive, coast_s: 0.5, mount: MountAngles::default() };
     let exposure = ExposureParams { target_dn: 150.0, exposure_s: [1e-4, 1e-2], laser_power: [0.1, 1.0], first_exposure_s: 4e-3 };
-    let mut navigator = DuctNavigator::new(params, perception, KohCho::new(KohChoParams::default()))
-        .with_auto_exposure(AutoExposure::new(exposure, &rig));
+    let law = KohCho::new(0.3, Limits::default(), KohChoParams::default());
+    let mut navigator = DuctNavigator::new(params, perception, law).with_auto_exposure(AutoExposure::new(exposure, &rig));
     let mut wheels = WheelController::new(WheelGains::from_bandwidth(60.0, 31.2, 0.02), 0.005, 66_000.0);
     let mut step = |index: usize| {
         let frame = Frame::grey8(640, 480, &images[index % images.len()]);

@@ -124,6 +124,16 @@ pub(crate) struct RunArgs {
     /// Replace the folder of another scenario's run
     #[arg(long)]
     pub(crate) force: bool,
+    /// Steer by a program of one's own, in any language, instead of the robot's own navigator: its command line, split at spaces
+    /// outside quotes, without a shell. `docs/navigator-protocol.md` says what it reads and writes
+    #[arg(long, value_name = "COMMAND")]
+    pub(crate) navigator: Option<String>,
+    /// Longest time for one answer of that program; then the run ends with an error
+    #[arg(
+        long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = positive_seconds, default_value = "10",
+        requires = "navigator"
+    )]
+    pub(crate) navigator_limit_s: f64,
     /// Break a run off after this many seconds of real time
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = positive_seconds)]
     pub(crate) wall_limit_s: Option<f64>,

@@ -10,7 +10,7 @@ use ductloop::output::junit::Case;
 use ductloop::output::{self, FolderError, Manifest, RunFolder, Summary, folder_name};
 use ductloop::record::{EndState, FrameRecord, KeyFrames, RunRecord};
 use ductloop::run_files::write_run;
-use ductloop::{Pilot, Scenario, Verdict};
+use ductloop::{NavigatorCommand, Pilot, Scenario, Verdict};
 use serde_json::json;
 
 use super::args::{Command, RunArgs};
@@ -49,6 +49,7 @@ enum Outcome {
 /// # Errors
 /// What keeps any run from beginning.
 pub(crate) fn command(args: &RunArgs) -> Result<u8, Problem> {
+    let navigator = navigator(args)?;
     let inputs = inputs::read(&args.inputs, &args.overlay)?;
     interrupt::listen();
     let planned = plan(args, inputs)?;
@@ -67,7 +68,7 @@ pub(crate) fn command(args: &RunArgs) -> Result<u8, Problem> {
         if interrupted {
             break;
         }
-        match execute(&run, index, count, args, &rendering) {
+        match execute(&run, index, count, args, &rendering, navigator.as_ref()) {
             Outcome::Over(summary, problem) => {
                 let report = problem.is_none().then(|| run.folder.path().join("report.html"));
                 finished.push(Finished { planned: run, summary: *summary, report });
@@ -104,6 +105,21 @@ pub(crate) fn command(args: &RunArgs) -> Result<u8, Problem> {
     Ok(code)
 }
 
+/// The navigator's program, if one is asked for.
+fn navigator(args: &RunArgs) -> Result<Option<NavigatorCommand>, Problem> {
+    let Some(line) = &args.navigator else { return Ok(None) };
+    let wrong = |message: String| Problem::new(Problem::WRONG_INPUT, message).about(format!("--navigator {line}"));
+    // One beyond what a `Duration` holds is none.
+    let limit = Duration::try_from_secs_f64(args.navigator_limit_s).unwrap_or(Duration::MAX);
+    let command = NavigatorCommand::parse(line, limit).map_err(|error| wrong(error.to_string()))?;
+    if command.is_there() {
+        Ok(Some(command))
+    } else {
+        let help = "the first word is a program: a path, or a name that is looked for in PATH";
+        Err(wrong(format!("there is no program `{}`", command.program)).help(help))
+    }
+}
+
 /// Makes sure that everything can be written, before anything runs.
 fn plan(args: &RunArgs, inputs: Vec<Input>) -> Result<Vec<Planned>, Problem> {
     destination::folder("--out", &args.out)?;
@@ -112,7 +128,12 @@ fn plan(args: &RunArgs, inputs: Vec<Input>) -> Result<Vec<Planned>, Problem> {
     let mut planned = Vec::new();
     for input in inputs {
         let toml = input.scenario.to_toml();
-        let name = folder_name(&input.scenario.name, input.changed, input.scenario.seed, &toml);
+        // Another navigator's run has a folder of its own.
+        let (changed, told) = match &args.navigator {
+            Some(navigator) => (true, format!("{toml}# {navigator}\n")),
+            None => (input.changed, toml.clone()),
+        };
+        let name = folder_name(&input.scenario.name, changed, input.scenario.seed, &told);
         if let Some(other) = names.insert(name.clone(), input.file.clone()) {
             let message = format!("its run's folder would be `{name}`, as that of {}", other.display());
             problems.note(
@@ -149,15 +170,23 @@ fn junit_file(path: &Path) -> Result<(), Problem> {
 }
 
 /// One run from its first frame to its folder.
-fn execute(run: &Planned, index: usize, count: usize, args: &RunArgs, rendering: &Rendering) -> Outcome {
+fn execute(
+    run: &Planned,
+    index: usize,
+    count: usize,
+    args: &RunArgs,
+    rendering: &Rendering,
+    navigator: Option<&NavigatorCommand>,
+) -> Outcome {
     let scenario = &run.input.scenario;
     let manifest = Manifest::now(scenario.seed, rendering.engine.word(), rendering.adapter(), rendering.threads.all);
+    let manifest = Manifest { navigator: args.navigator.clone(), ..manifest };
     let progress = Progress::new(&run.name, index, count, distance_to_go_m(scenario), args.quiet);
     let started = Instant::now();
     // One beyond what a `Duration` holds is none.
     let limit = args.wall_limit_s.and_then(|limit| Duration::try_from_secs_f64(limit).ok());
     let mut timed_out = false;
-    let result = simulate(scenario, rendering, |record| {
+    let result = simulate(scenario, rendering, navigator, |record| {
         progress.frame(record, scenario.start.distance_m);
         timed_out = limit.is_some_and(|limit| started.elapsed() >= limit);
         if timed_out || interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -215,10 +244,15 @@ fn never_begun() -> RunRecord {
 fn simulate(
     scenario: &Scenario,
     rendering: &Rendering,
+    navigator: Option<&NavigatorCommand>,
     mut watch: impl FnMut(&FrameRecord) -> ControlFlow<()>,
 ) -> Result<RunRecord, RunFailure> {
     let mut renderer = rendering.engine.renderer(scenario, rendering.threads.rendering())?;
-    run_with(scenario, Pilot::of(scenario), renderer.as_mut(), rendering.threads.pace(), |record, _| watch(record))
+    let pilot = match navigator {
+        Some(program) => program.start(scenario)?,
+        None => Pilot::of(scenario),
+    };
+    run_with(scenario, pilot, renderer.as_mut(), rendering.threads.pace(), |record, _| watch(record))
 }
 
 fn distance_to_go_m(scenario: &Scenario) -> f64 {

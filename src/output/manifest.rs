@@ -17,6 +17,8 @@ pub struct Manifest {
     pub renderer: String,
     /// The graphics adapter; null for a renderer that uses none.
     pub adapter: Option<AdapterInfo>,
+    /// The command line of the navigator's program; null for the robot's own navigator.
+    pub navigator: Option<String>,
     /// The machine.
     pub host: Host,
     /// Threads that the call was given.
@@ -86,6 +88,7 @@ impl Manifest {
             seed,
             renderer: renderer.to_owned(),
             adapter,
+            navigator: None,
             host: Host::this(),
             threads,
             started_at: rfc_3339(SystemTime::now()),

@@ -102,6 +102,9 @@ pub(super) fn details(scenario: &Scenario, summary: &Summary, manifest: &Manifes
         rows.push(row("adapter", format!("{} ({}, {}{software})", adapter.name, adapter.backend, adapter.driver)));
     }
     rows.push(row("run hash", summary.run_hash.clone().unwrap_or_else(|| "none: the run did not come to its end".to_owned())));
+    if let Some(navigator) = &manifest.navigator {
+        rows.push(row("navigator", format!("{navigator} (not the robot's own: law and perception above are not used)")));
+    }
     rows.push(row("ductloop", manifest.version.clone()));
     rows.push(row("begun", manifest.started_at.clone()));
     rows.push(row("host", format!("{} {}{cpu}{cores}; {} used", host.os, host.arch, manifest.threads)));

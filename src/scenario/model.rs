@@ -6,7 +6,13 @@ use ductloop_duct::centreline::Centreline;
 use ductloop_duct::fitting::{Fitting, Shape};
 use ductloop_duct::network::{End, Network, NetworkError};
 use ductloop_nav::angle::rotation_about_z;
+use ductloop_nav::control::kanayama::KanayamaParams;
 use ductloop_nav::control::koh_cho::KohChoParams;
+use ductloop_nav::control::limits::Limits;
+use ductloop_nav::control::lqr::LqrParams;
+use ductloop_nav::control::pure_pursuit::PurePursuitParams;
+use ductloop_nav::control::samson::SamsonParams;
+use ductloop_nav::control::stanley::StanleyParams;
 use ductloop_nav::messages::MountSweep;
 use ductloop_nav::perception::paper::PaperParams;
 use ductloop_nav::perception::robust::RobustParams;
@@ -137,22 +143,46 @@ pub enum Pipeline {
 }
 
 /// How errors become wheel speeds.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Control {
     /// Which law.
     pub law: Law,
-    /// Parameters of Koh and Cho's law. Its `speed_m_s` and `effective_track_m` do not count: [`Scenario::speed_m_s`] and the
-    /// robot's own measures do.
+    /// Limits that hold for every law. Its `effective_track_m` does not count: the robot's own measures do.
+    pub limits: Limits,
+    /// Parameters of Koh and Cho's law; of the printed one the first alone.
     pub koh_cho: KohChoParams,
+    /// Parameters of pure pursuit.
+    pub pure_pursuit: PurePursuitParams,
+    /// Parameters of Stanley's law.
+    pub stanley: StanleyParams,
+    /// Parameters of Kanayama's law.
+    pub kanayama: KanayamaParams,
+    /// Parameters of Samson's law.
+    pub samson: SamsonParams,
+    /// Weights of the linear-quadratic regulator.
+    pub lqr: LqrParams,
     /// Bandwidth that the wheel controller's gains are chosen for, in rad/s.
     pub wheel_bandwidth_rad_s: f64,
 }
 
 /// A path-tracking law.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Law {
-    /// Koh and Cho's.
+    /// Koh and Cho's, bounded where the printed one is not.
+    #[default]
     KohCho,
+    /// Koh and Cho's as printed.
+    KohChoPrinted,
+    /// Pure pursuit.
+    PurePursuit,
+    /// That of the robot Stanley.
+    Stanley,
+    /// Kanayama's.
+    Kanayama,
+    /// Samson's, in chained form.
+    Samson,
+    /// A linear-quadratic regulator.
+    Lqr,
 }
 
 /// The wheel controller.
@@ -326,11 +356,21 @@ impl Pipeline {
 }
 
 impl Law {
+    /// All of them, the default first.
+    pub const ALL: [Self; 7] =
+        [Self::KohCho, Self::KohChoPrinted, Self::PurePursuit, Self::Stanley, Self::Kanayama, Self::Samson, Self::Lqr];
+
+    /// The words for them in a scenario, in the same order.
+    pub const WORDS: [&'static str; 7] = ["koh-cho", "koh-cho-printed", "pure-pursuit", "stanley", "kanayama", "samson", "lqr"];
+
     /// The word for it in a scenario.
     pub fn word(self) -> &'static str {
-        match self {
-            Self::KohCho => "koh-cho",
-        }
+        Self::WORDS[self as usize]
+    }
+
+    /// The law of that word.
+    pub fn of(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|law| law.word() == word)
     }
 }
 

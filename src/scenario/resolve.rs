@@ -2,7 +2,6 @@
 //! other.
 
 use ductloop_duct::network::End;
-use ductloop_nav::control::koh_cho::KohChoParams;
 use ductloop_nav::messages::MountSweep;
 use ductloop_nav::perception::paper::PaperParams;
 use ductloop_nav::perception::robust::RobustParams;
@@ -16,7 +15,7 @@ use super::check::Checked;
 use super::criteria::{Bound, Criteria, Criterion};
 use super::diagnostic::{Diagnostics, Finding};
 use super::fields::{self, Default, Field, Scale, Slot};
-use super::model::{AutoExposure, Control, Duct, Finish, Law, Navigation, Perception, Pipeline, Rates, RigDeviation, Start};
+use super::model::{AutoExposure, Control, Duct, Finish, Navigation, Perception, Pipeline, Rates, RigDeviation, Start};
 use super::model::{LinkParams, MountControl, WheelControl};
 use super::source::{Sources, Span};
 use super::tree::{Node, Table, Value};
@@ -207,7 +206,7 @@ fn blank() -> Scenario {
         auto_exposure: AutoExposure { target_dn: 1.0, exposure_s: [1e-3; 2], laser_power: [1.0; 2] },
         optics: Optics::default(),
         perception: Perception { pipeline: Pipeline::Robust, paper: PaperParams::default(), robust: RobustParams::default() },
-        control: Control { law: Law::KohCho, koh_cho: KohChoParams::default(), wheel_bandwidth_rad_s: 0.0 },
+        control: Control::default(),
         wheel_control: WheelControl {
             arithmetic: Arithmetic::Fixed,
             pwm_bits: 8,

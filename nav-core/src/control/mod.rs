@@ -1,6 +1,17 @@
-//! Control laws: from the errors to a twist. One file each behind one interface.
+//! Control laws: from the errors to a twist. One file each behind one interface, one set of limits for all of them.
+//!
+//! `docs/control.md` compares them. The signs are those of the robot: `lateral_m` and `heading_rad` are where the robot is
+//! relative to the path, so that the errors of the sources, path less robot, are their negatives.
 
+pub mod kanayama;
 pub mod koh_cho;
+pub mod koh_cho_printed;
+pub mod limits;
+pub mod lqr;
+pub mod pure_pursuit;
+pub mod samson;
+pub mod stanley;
+mod target;
 
 /// Where the robot will stand relative to its path when the command takes effect.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -13,6 +24,8 @@ pub struct PathState {
     pub curvature_1_m: f64,
     /// Distance travelled along the path since the start, by odometry, in metres.
     pub travelled_m: f64,
+    /// Motion that the encoders show: the mean over the frame before the exposure. What was commanded since is not in it.
+    pub measured: Twist,
     /// Time until the next command, in seconds.
     pub period_s: f64,
 }
@@ -43,4 +56,10 @@ impl<L: ControlLaw + ?Sized> ControlLaw for Box<L> {
     fn reset(&mut self, travelled_m: f64) {
         (**self).reset(travelled_m);
     }
+}
+
+/// 1 - c d, by which speed along the path differs from speed along its parallel through the robot; kept off zero, where the robot
+/// stands in the path's centre of curvature and every law's feed-forward is infinite.
+fn lane_factor(curvature_1_m: f64, lateral_m: f64) -> f64 {
+    (1.0 - curvature_1_m * lateral_m).max(0.1)
 }

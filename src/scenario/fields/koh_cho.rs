@@ -11,22 +11,6 @@ pub(super) const FIELDS: &[Field] = &[
     Field::number("control.koh-cho.landing", 0.001, 1.0, |s| &mut s.control.koh_cho.landing)
         .default("0.02")
         .about("m of C = m alpha_max / (6 v^2), how steeply the robot lands on the path; 0.1 and below converge."),
-    Field::number("control.koh-cho.max_yaw_acceleration_rad_s2", 0.01, 100.0, |s| {
-        &mut s.control.koh_cho.max_yaw_acceleration_rad_s2
-    })
-    .unit("rad/s2")
-    .default("2.0")
-    .about("Largest yaw acceleration, alpha_max."),
-    Field::number("control.koh-cho.max_acceleration_m_s2", 0.01, 20.0, |s| &mut s.control.koh_cho.max_acceleration_m_s2)
-        .unit("m/s2")
-        .default("0.5")
-        .about("Largest forward acceleration, a_max."),
-    Field::number("control.koh-cho.max_wheel_acceleration_m_s2", 0.01, 20.0, |s| {
-        &mut s.control.koh_cho.max_wheel_acceleration_m_s2
-    })
-    .unit("m/s2")
-    .default("1.0")
-    .about("Largest acceleration of a wheel's rim, which bounds the other two together."),
     Field::number("control.koh-cho.linear_heading_deg", 0.01, 90.0, |s| &mut s.control.koh_cho.linear_heading_rad)
         .degrees()
         .default("11.459155902616464")

@@ -13,6 +13,8 @@ mod general;
 mod imager;
 mod koh_cho;
 mod lasers;
+mod laws;
+mod limits;
 mod link;
 mod mount_control;
 mod navigator;
@@ -68,10 +70,12 @@ pub fn tables() -> impl Iterator<Item = &'static TableRow> {
         navigator::TABLES,
         paper::TABLES,
         robust::TABLES,
+        limits::TABLES,
         koh_cho::TABLES,
         wheel_control::TABLES,
         mount_control::TABLES,
         link::TABLES,
+        laws::TABLES,
         duct::TABLES,
         object::TABLES,
         course::TABLES,
@@ -94,10 +98,12 @@ pub fn fields() -> impl Iterator<Item = &'static Field> {
         navigator::FIELDS,
         paper::FIELDS,
         robust::FIELDS,
+        limits::FIELDS,
         koh_cho::FIELDS,
         wheel_control::FIELDS,
         mount_control::FIELDS,
         link::FIELDS,
+        laws::FIELDS,
         duct::FIELDS,
         object::FIELDS,
         course::FIELDS,

@@ -21,9 +21,17 @@ pub(super) const FIELDS: &[Field] = &[
         "\"robust\" tells walls with their deviations and what does not belong to them, \"paper\" is the paper's chain, \"truth\" \
          steers by the true errors, to tell what perception costs.",
     ),
-    Field::word("control.law", &["koh-cho"], |s| s.control.law.word(), |s, _| s.control.law = Law::KohCho)
-        .default("\"koh-cho\"")
-        .about("The path-tracking law: Koh and Cho's."),
+    Field::word(
+        "control.law",
+        &Law::WORDS,
+        |s| s.control.law.word(),
+        |s, word| s.control.law = Law::of(word).unwrap_or_default(),
+    )
+    .default("\"koh-cho\"")
+    .about(
+        "The path-tracking law: Koh and Cho's, the same as printed (it does not settle), pure pursuit, Stanley's, Kanayama's, \
+         Samson's, a linear-quadratic regulator.",
+    ),
     Field::number("navigation.width_m", 0.05, 10.0, |s| &mut s.navigation.width_m)
         .unit("m")
         .or(Default::Computed("duct.width_m"))
