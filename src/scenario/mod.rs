@@ -41,8 +41,8 @@ use std::path::Path;
 pub use criteria::{Bound, Criteria, Criterion, Measured};
 pub use diagnostic::{Diagnostic, Diagnostics, Place};
 pub use model::{
-    AutoExposure, Control, Duct, Fault, FaultKind, Finish, Law, Navigation, Object, ObjectShape, Perception, Piece, Pipeline,
-    Rates, RigDeviation, Scenario, Start, Surface,
+    AutoExposure, Control, Duct, Estimation, EstimatorKind, Fault, FaultKind, Finish, Law, Navigation, Object, ObjectShape,
+    Perception, Piece, Pipeline, Rates, RigDeviation, Scenario, Start, Surface,
 };
 pub use overlay::Overlays;
 pub use schema::schema;

@@ -7,6 +7,7 @@ use ductloop_duct::fitting::{Fitting, Shape};
 use ductloop_duct::network::{End, Network, NetworkError};
 use ductloop_nav::angle::rotation_about_z;
 use ductloop_nav::control::koh_cho::KohChoParams;
+use ductloop_nav::estimation::EstimationParams;
 use ductloop_nav::perception::paper::PaperParams;
 use ductloop_nav::perception::robust::RobustParams;
 use ductloop_nav::rig::Rig;
@@ -51,6 +52,8 @@ pub struct Scenario {
     pub optics: Optics,
     /// How images become errors.
     pub perception: Perception,
+    /// How wheels and walls become one place.
+    pub estimation: Estimation,
     /// How errors become wheel speeds.
     pub control: Control,
     /// What the navigator is told of the duct.
@@ -125,6 +128,24 @@ pub enum Pipeline {
     Paper,
     /// The true errors, without looking at any image.
     Truth,
+}
+
+/// How wheels and walls become one place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimation {
+    /// Which way.
+    pub kind: EstimatorKind,
+    /// Parameters of the filter.
+    pub params: EstimationParams,
+}
+
+/// A way from wheels and walls to a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EstimatorKind {
+    /// A Kalman filter.
+    Kalman,
+    /// The last measurement, carried on by the wheels.
+    None,
 }
 
 /// How errors become wheel speeds.
@@ -285,6 +306,16 @@ impl Pipeline {
             Self::Robust => "robust",
             Self::Paper => "paper",
             Self::Truth => "truth",
+        }
+    }
+}
+
+impl EstimatorKind {
+    /// The word for it in a scenario.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Kalman => "kalman",
+            Self::None => "none",
         }
     }
 }

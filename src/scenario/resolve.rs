@@ -3,6 +3,7 @@
 
 use ductloop_duct::network::End;
 use ductloop_nav::control::koh_cho::KohChoParams;
+use ductloop_nav::estimation::EstimationParams;
 use ductloop_nav::perception::paper::PaperParams;
 use ductloop_nav::perception::robust::RobustParams;
 use ductloop_nav::rig::{Camera, Distortion, LineWidth, Mount, MountAngles, Rig};
@@ -14,7 +15,10 @@ use super::check::Checked;
 use super::criteria::{Bound, Criteria, Criterion};
 use super::diagnostic::{Diagnostics, Finding};
 use super::fields::{self, Default, Field, Scale, Slot};
-use super::model::{AutoExposure, Control, Duct, Finish, Law, Navigation, Perception, Pipeline, Rates, RigDeviation, Start};
+use super::model::{
+    AutoExposure, Control, Duct, Estimation, EstimatorKind, Finish, Law, Navigation, Perception, Pipeline, Rates, RigDeviation,
+    Start,
+};
 use super::source::{Sources, Span};
 use super::tree::{Node, Table, Value};
 use super::typed::Typed;
@@ -201,6 +205,7 @@ fn blank() -> Scenario {
         auto_exposure: AutoExposure { target_dn: 1.0, exposure_s: [1e-3; 2], laser_power: [1.0; 2] },
         optics: Optics::default(),
         perception: Perception { pipeline: Pipeline::Robust, paper: PaperParams::default(), robust: RobustParams::default() },
+        estimation: Estimation { kind: EstimatorKind::Kalman, params: EstimationParams::default() },
         control: Control { law: Law::KohCho, koh_cho: KohChoParams::default(), wheel_bandwidth_rad_s: 0.0 },
         navigation: Navigation { width_m: 1.0, coast_s: 0.0 },
         duct: Duct {

@@ -46,24 +46,24 @@ pub struct EstimationParams {
 impl Default for EstimationParams {
     fn default() -> Self {
         Self {
-            wheel_slip_m: 0.5e-3,
-            side_slip_m: 0.5e-3,
-            turn_slip_rad: 0.01,
+            wheel_slip_m: 0.03e-3,
+            side_slip_m: 0.01e-3,
+            turn_slip_rad: 0.1_f64.to_radians(),
             width_m: 0.02,
-            width_walk_m: 0.1e-3,
+            width_walk_m: 0.01e-3,
             track_ratio: 0.15,
             track_walk_ratio: 0.01,
             icr_m: 0.02,
             icr_walk_m: 1e-3,
-            correlation_m: 0.3,
-            correlated_share: 0.8,
+            correlation_m: 10.0,
+            correlated_share: 0.15,
             stated_ratio: 1.0,
-            unstated_distance_m: 2e-3,
-            unstated_heading_rad: 0.01,
+            unstated_distance_m: 0.5e-3,
+            unstated_heading_rad: 0.1_f64.to_radians(),
             gate_probability: 0.999,
             gate_run: 5,
             uncertain_lateral_m: 0.02,
-            uncertain_heading_rad: 0.05,
+            uncertain_heading_rad: 3.0_f64.to_radians(),
         }
     }
 }

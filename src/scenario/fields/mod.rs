@@ -7,6 +7,7 @@
 mod camera;
 mod course;
 mod duct;
+mod estimation;
 mod fault;
 mod field;
 mod general;
@@ -66,6 +67,7 @@ pub fn tables() -> impl Iterator<Item = &'static TableRow> {
         paper::TABLES,
         robust::TABLES,
         koh_cho::TABLES,
+        estimation::TABLES,
         duct::TABLES,
         object::TABLES,
         course::TABLES,
@@ -89,6 +91,7 @@ pub fn fields() -> impl Iterator<Item = &'static Field> {
         paper::FIELDS,
         robust::FIELDS,
         koh_cho::FIELDS,
+        estimation::FIELDS,
         duct::FIELDS,
         object::FIELDS,
         course::FIELDS,
