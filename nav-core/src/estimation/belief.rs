@@ -1,6 +1,6 @@
 //! What the filter believes, and the two things that change it: a step of the wheels, and a look at the walls.
 //!
-//! State: [lateral offset, heading, width, effective track, x_ICR, u1, u2, u3]. The last three carry the walls' coloured error. A
+//! State: [lateral offset, heading, width, 1 / effective track, x_ICR, u1, u2, u3]. The last three carry the walls' coloured error. A
 //! perception's errors are not new in every frame (stripes lie on the same spangles for a while, and are read with the same bias), and
 //! a filter that takes them for white believes a mean of n frames sqrt(n) times better than it is. So the error of z = (heading, left
 //! distance, right distance) is taken as
@@ -13,7 +13,7 @@
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
-use super::motion::{HEADING, ICR, LATERAL, STATES, Step, TRACK, Travel, WIDTH};
+use super::motion::{HEADING, ICR, LATERAL, PER_TRACK, STATES, Step, Travel, WIDTH};
 use super::params::EstimationParams;
 use crate::perception::side_walls::SideWalls;
 
@@ -50,10 +50,10 @@ impl Belief {
     /// Before anything was seen: somewhere in a duct of this width.
     pub(super) fn unseen(params: &EstimationParams, width_m: f64, track_m: f64) -> Self {
         let mut mean = SVector::zeros();
-        (mean[WIDTH], mean[TRACK]) = (width_m, track_m);
+        (mean[WIDTH], mean[PER_TRACK]) = (width_m, 1.0 / track_m);
         let mut deviation = SVector::<f64, ALL>::repeat(1.0);
         deviation[WIDTH] = params.width_m;
-        deviation[TRACK] = params.track_ratio * track_m;
+        deviation[PER_TRACK] = params.track_ratio / track_m;
         deviation[ICR] = params.icr_m;
         let mut belief = Self { mean, covariance: SMatrix::from_diagonal(&deviation.component_mul(&deviation)) };
         belief.lose_place(width_m);
@@ -94,13 +94,16 @@ impl Belief {
         let mut noise = SMatrix::<f64, ALL, ALL>::zeros();
         let square = |x: f64| x * x;
         // A period's count is the difference of two readings, each off by at most half a count: q^2 / 12 twice. Its errors cancel
-        // from one period to the next, so that taking them for independent is on the safe side.
-        let of_side = |way_m: f64| square(count_m) / 6.0 + square(params.wheel_slip_m) * way_m.abs();
+        // from one period to the next, so that taking them for independent is on the safe side; a wheel that stands adds none.
+        let of_side = |way_m: f64| {
+            let counted = if way_m == 0.0 { 0.0 } else { square(count_m) / 6.0 };
+            counted + square(params.wheel_slip_m) * way_m.abs()
+        };
         let (left, right) = (of_side(travel.left_m), of_side(travel.right_m));
-        let track = self.mean[TRACK];
+        let per_track = self.mean[PER_TRACK];
         // The sides' errors add up in the way and differ in the turn.
         let (way_way, turn_turn, way_turn) =
-            ((left + right) / 4.0, (left + right) / square(track), (right - left) / (2.0 * track));
+            ((left + right) / 4.0, (left + right) * square(per_track), (right - left) * per_track / 2.0);
         let turn_turn = turn_turn + square(params.turn_slip_rad) * step.turn_rad.abs();
         let [lateral_turn, heading_turn] = [step.by_turn[0], step.by_turn[1]];
         noise[(LATERAL, LATERAL)] = square(step.by_way) * way_way
@@ -111,7 +114,7 @@ impl Belief {
         noise[(HEADING, LATERAL)] = noise[(LATERAL, HEADING)];
         noise[(HEADING, HEADING)] = square(heading_turn) * turn_turn;
         noise[(WIDTH, WIDTH)] = square(params.width_walk_m) * way;
-        noise[(TRACK, TRACK)] = square(params.track_walk_ratio * track_m) * way;
+        noise[(PER_TRACK, PER_TRACK)] = square(params.track_walk_ratio / track_m) * way;
         noise[(ICR, ICR)] = square(params.icr_walk_m) * way;
         (STATES..ALL).for_each(|i| noise[(i, i)] = 1.0 - square(persisting));
 
@@ -164,7 +167,7 @@ impl Belief {
     /// Whether every number of it is one, and the track one that a robot can have.
     pub(super) fn is_sound(&self, track_m: f64) -> bool {
         let finite = self.mean.iter().chain(self.covariance.iter()).all(|value| value.is_finite());
-        finite && (0.25 * track_m..4.0 * track_m).contains(&self.mean[TRACK])
+        finite && (0.25..4.0).contains(&(self.mean[PER_TRACK] * track_m))
     }
 }
 

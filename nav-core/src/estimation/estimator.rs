@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, SMatrix, SVector};
 
 use super::belief::{Belief, Look};
 use super::chi_square;
-use super::motion::{HEADING, ICR, LATERAL, STATES, Step, TRACK, Travel, WIDTH};
+use super::motion::{HEADING, ICR, LATERAL, PER_TRACK, STATES, Step, Travel, WIDTH};
 use super::params::EstimationParams;
 use crate::messages::Tick;
 use crate::perception::side_walls::SideWalls;
@@ -229,13 +229,18 @@ impl Estimator {
     /// What it believes now: at the last reading of the encoders.
     pub fn estimate(&self) -> Estimate {
         let mean: SVector<f64, STATES> = self.belief.state();
+        let track_m = 1.0 / mean[PER_TRACK];
+        // W = 1 / k, so dW = -W^2 dk.
+        let mut by_mean = SMatrix::<f64, STATES, STATES>::identity();
+        by_mean[(PER_TRACK, PER_TRACK)] = -track_m * track_m;
+        let covariance: SMatrix<f64, STATES, STATES> = self.belief.covariance.fixed_view::<STATES, STATES>(0, 0).into_owned();
         Estimate {
             lateral_m: mean[LATERAL],
             heading_rad: mean[HEADING],
             width_m: mean[WIDTH],
-            effective_track_m: mean[TRACK],
+            effective_track_m: track_m,
             icr_m: mean[ICR],
-            covariance: self.belief.covariance.fixed_view::<STATES, STATES>(0, 0).into_owned(),
+            covariance: by_mean * covariance * by_mean.transpose(),
             outcome: self.outcome,
             refused: self.refused,
             begun_anew: self.begun_anew,

@@ -13,11 +13,12 @@
 
 use nalgebra::{SMatrix, SVector, Vector2};
 
-/// Lateral offset, heading, width, effective track, x_ICR: places in the state.
+/// Lateral offset, heading, width, 1 / W_eff, x_ICR: places in the state. The turn is linear in 1 / W_eff, so that a track which is
+/// hardly known at first does the linearised filter no harm.
 pub(super) const LATERAL: usize = 0;
 pub(super) const HEADING: usize = 1;
 pub(super) const WIDTH: usize = 2;
-pub(super) const TRACK: usize = 3;
+pub(super) const PER_TRACK: usize = 3;
 pub(super) const ICR: usize = 4;
 /// States of the robot and its duct.
 pub(super) const STATES: usize = 5;
@@ -50,9 +51,10 @@ pub(super) struct Step {
 
 impl Step {
     pub(super) fn of(before: &SVector<f64, STATES>, travel: Travel) -> Self {
-        let (track_m, icr_m) = (before[TRACK], before[ICR]);
+        let icr_m = before[ICR];
         let way_m = (travel.left_m + travel.right_m) / 2.0;
-        let turn = (travel.right_m - travel.left_m) / track_m;
+        let difference_m = travel.right_m - travel.left_m;
+        let turn = difference_m * before[PER_TRACK];
         let half = turn / 2.0;
         let (chord, chord_by_half) = (way_m * sinc(half), way_m * sinc_slope(half));
         let heading = before[HEADING];
@@ -65,12 +67,11 @@ impl Step {
         state[HEADING] += turn;
 
         let lateral_by_turn = -icr_m * cos1 + 0.5 * (chord_by_half * sin_m + chord * cos_m);
-        let turn_by_track = -turn / track_m;
         let mut by_state = SMatrix::identity();
         by_state[(LATERAL, HEADING)] = icr_m * (cos0 - cos1) + chord * cos_m;
-        by_state[(LATERAL, TRACK)] = lateral_by_turn * turn_by_track;
+        by_state[(LATERAL, PER_TRACK)] = lateral_by_turn * difference_m;
         by_state[(LATERAL, ICR)] = sin0 - sin1;
-        by_state[(HEADING, TRACK)] = turn_by_track;
+        by_state[(HEADING, PER_TRACK)] = difference_m;
         Self {
             state,
             by_state,
@@ -98,7 +99,7 @@ mod tests {
 
     #[test]
     fn the_derivatives_are_those_of_the_motion() {
-        let before = SVector::from([0.03, 0.1, 0.5, 0.325, 0.02]);
+        let before = SVector::from([0.03, 0.1, 0.5, 1.0 / 0.325, 0.02]);
         let travel = Travel { left_m: 0.02, right_m: 0.05 };
         let step = Step::of(&before, travel);
         for i in 0..STATES {
@@ -122,7 +123,7 @@ mod tests {
     /// origin to the right when it turns left.
     #[test]
     fn turning_left_about_a_point_ahead_moves_the_origin_right() {
-        let before = SVector::from([0.0, 0.0, 0.5, 0.325, 0.05]);
+        let before = SVector::from([0.0, 0.0, 0.5, 1.0 / 0.325, 0.05]);
         let quarter = std::f64::consts::FRAC_PI_2 * 0.325 / 2.0;
         let step = Step::of(&before, Travel { left_m: -quarter, right_m: quarter });
         // From (0, 0) about (0.05, 0) by a quarter turn to the left: to (0.05, -0.05).
@@ -134,7 +135,7 @@ mod tests {
     fn without_an_offset_it_is_plain_dead_reckoning() {
         use crate::control::Twist;
         use crate::odometry::advance;
-        let before = SVector::from([0.03, -0.1, 0.5, 0.325, 0.0]);
+        let before = SVector::from([0.03, -0.1, 0.5, 1.0 / 0.325, 0.0]);
         let step = Step::of(&before, Travel { left_m: 0.02, right_m: 0.05 });
         let twist = Twist { speed_m_s: 0.035, yaw_rate_rad_s: 0.03 / 0.325 };
         let (lateral, heading, along) = advance(0.03, -0.1, twist, 1.0);

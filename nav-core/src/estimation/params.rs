@@ -46,9 +46,9 @@ pub struct EstimationParams {
 impl Default for EstimationParams {
     fn default() -> Self {
         Self {
-            wheel_slip_m: 0.03e-3,
-            side_slip_m: 0.01e-3,
-            turn_slip_rad: 0.1_f64.to_radians(),
+            wheel_slip_m: 0.05e-3,
+            side_slip_m: 0.03e-3,
+            turn_slip_rad: 0.25_f64.to_radians(),
             width_m: 0.02,
             width_walk_m: 0.01e-3,
             track_ratio: 0.15,
@@ -56,7 +56,7 @@ impl Default for EstimationParams {
             icr_m: 0.02,
             icr_walk_m: 1e-3,
             correlation_m: 10.0,
-            correlated_share: 0.15,
+            correlated_share: 0.25,
             stated_ratio: 1.0,
             unstated_distance_m: 0.5e-3,
             unstated_heading_rad: 0.1_f64.to_radians(),

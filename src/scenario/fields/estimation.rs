@@ -20,15 +20,15 @@ pub(super) const FIELDS: &[Field] = &[
     ),
     Field::number("estimation.wheel_slip_mm", 0.0, 1000.0, |s| &mut s.estimation.params.wheel_slip_m)
         .milli("mm")
-        .default("0.03")
+        .default("0.05")
         .about("Deviation of a side's way on the floor from what its wheels turned, after one metre; grows with the way's root."),
     Field::number("estimation.side_slip_mm", 0.0, 1000.0, |s| &mut s.estimation.params.side_slip_m)
         .milli("mm")
-        .default("0.01")
+        .default("0.03")
         .about("Deviation of the base's drift sideways after one metre; grows with the way's root."),
     Field::number("estimation.turn_slip_deg", 0.0, 90.0, |s| &mut s.estimation.params.turn_slip_rad)
         .degrees()
-        .default("0.1")
+        .default("0.25")
         .about("Deviation of the heading after a turn of one radian that the effective track does not explain; grows with its root."),
     Field::number("estimation.width_mm", 0.001, 1000.0, |s| &mut s.estimation.params.width_m)
         .milli("mm")
@@ -57,7 +57,7 @@ pub(super) const FIELDS: &[Field] = &[
         .default("10.0")
         .about("Way after which the part of the walls' errors that is not new in every frame has a correlation of 1/e."),
     Field::number("estimation.correlated_share", 0.0, 0.99, |s| &mut s.estimation.params.correlated_share)
-        .default("0.15")
+        .default("0.25")
         .about("Share of the variance of the walls' errors that persists from frame to frame."),
     Field::number("estimation.stated_ratio", 0.01, 100.0, |s| &mut s.estimation.params.stated_ratio)
         .default("1.0")
