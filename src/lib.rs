@@ -22,6 +22,7 @@ pub mod calibrate;
 #[cfg(feature = "cli")]
 mod canvas;
 pub mod closed_loop;
+pub mod consistency;
 #[cfg(feature = "cli")]
 pub mod contact_sheet;
 mod controllers;

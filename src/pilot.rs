@@ -11,6 +11,7 @@ use ductloop_nav::control::lqr::Lqr;
 use ductloop_nav::control::pure_pursuit::PurePursuit;
 use ductloop_nav::control::samson::Samson;
 use ductloop_nav::control::stanley::Stanley;
+use ductloop_nav::estimation::Estimator;
 use ductloop_nav::exposure::{AutoExposure, ExposureParams};
 use ductloop_nav::messages::Frame;
 use ductloop_nav::navigator::{DuctNavigator, Navigator, NavigatorParams};
@@ -21,7 +22,7 @@ use ductloop_nav::perception::{Measurement, Perception};
 use ductloop_nav::rig::MountAngles;
 
 use crate::navigator_process::FailureSlot;
-use crate::scenario::{Law, Pipeline, Scenario};
+use crate::scenario::{EstimatorKind, Law, Pipeline, Scenario};
 
 /// A navigator, and where the loop leaves the truth for it if it steers by the truth.
 pub struct Pilot {
@@ -102,6 +103,11 @@ pub fn perception(scenario: &Scenario) -> Box<dyn Perception> {
 
 fn navigator<P: Perception, L: ControlLaw>(scenario: &Scenario, perception: P, law: L) -> DuctNavigator<P, L> {
     let navigator = DuctNavigator::new(navigator_params(scenario), perception, law);
+    let navigator = match (scenario.estimation.kind, scenario.perception.pipeline) {
+        // The truth is exact: weighed, it would lose.
+        (_, Pipeline::Truth) | (EstimatorKind::None, _) => navigator,
+        (EstimatorKind::Kalman, _) => navigator.with_estimator(estimator(scenario)),
+    };
     match scenario.exposure_s {
         Some(_) => navigator,
         None => navigator.with_auto_exposure(AutoExposure::new(exposure_params(scenario), &scenario.rig)),
@@ -141,6 +147,12 @@ pub fn robust_params(scenario: &Scenario) -> RobustParams {
 fn exposure_params(scenario: &Scenario) -> ExposureParams {
     let crate::scenario::AutoExposure { target_dn, exposure_s, laser_power } = scenario.auto_exposure;
     ExposureParams { target_dn, exposure_s, laser_power, first_exposure_s: scenario.first_exposure_s() }
+}
+
+/// The filter of the robot's own navigator, with nothing seen yet: told the duct's width and the robot's effective track.
+pub fn estimator(scenario: &Scenario) -> Estimator {
+    let count_m = scenario.robot.metres_per_count();
+    Estimator::new(scenario.estimation.params, scenario.navigation.width_m, effective_track_m(scenario), count_m)
 }
 
 fn effective_track_m(scenario: &Scenario) -> f64 {

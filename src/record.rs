@@ -1,7 +1,8 @@
 //! What a run leaves behind: a record a frame, a few frames' images, and how it ended.
 
+use ductloop_nav::estimation::Estimate;
 use ductloop_nav::messages::{Command, Counts, Sides, Tick};
-use ductloop_nav::navigator::State;
+use ductloop_nav::navigator::{Reason, State};
 use ductloop_nav::perception::{Measurement, StripeLine};
 use ductloop_nav::rig::MountAngles;
 use ductloop_nav::wheel_controller::silence::Hearing;
@@ -37,6 +38,8 @@ pub struct FrameRecord {
     pub time_s: f64,
     /// What was really the case at the exposure.
     pub truth: Truth,
+    /// True width of the duct there, in metres.
+    pub width_m: f64,
     /// Collisions up to the exposure.
     pub collisions: Collisions,
     /// Encoder counts handed to the navigator.
@@ -51,6 +54,10 @@ pub struct FrameRecord {
     pub score: Score,
     /// How sure it says it is.
     pub state: State,
+    /// Why it is no surer.
+    pub reason: Option<Reason>,
+    /// What its estimator believes, if it has one.
+    pub estimate: Option<Estimate>,
     /// How many lines it found.
     pub lines: usize,
     /// What it commanded; takes effect at the next frame.

@@ -17,7 +17,7 @@ use ductloop::record::{EndState, FrameRecord, KeyFrames, RunRecord};
 use ductloop::run_files::write_run;
 use ductloop::viewpoint::still;
 use ductloop::{Command, Counts, GreyImage, Measurement, MountAngles, Scenario, Sides, Verdict, report};
-use ductloop_nav::navigator::State;
+use ductloop_nav::navigator::{Reason, State};
 use ductloop_nav::perception::{StripeLine, Wall, WallMeasurement};
 use ductloop_sensor::optics::Bits;
 use ductloop_sim::collision::Collisions;
@@ -90,6 +90,7 @@ fn made_up(scenario: &Scenario, lateral_m: f64) -> RunRecord {
             tick: 40 * i,
             time_s,
             truth,
+            width_m: 0.5,
             collisions: Collisions { count: u32::from(i > 200), contact_speed_max_m_s: if i > 200 { 0.02 } else { 0.0 } },
             counts: Counts { left: -3 * i as i64, right: 3 * i as i64 },
             mount: MountAngles { pan_rad: 0.0, tilt_rad: 0.1 },
@@ -109,6 +110,8 @@ fn made_up(scenario: &Scenario, lateral_m: f64) -> RunRecord {
             },
             score: Default::default(),
             state: if blind { State::Coasting } else { State::Tracking },
+            reason: blind.then_some(Reason::NoWall),
+            estimate: None,
             lines: lines.len(),
             command: Command {
                 wheel_speed_rad_s: Sides { left: 12.5, right: 12.5 },
@@ -186,6 +189,8 @@ fn the_table_has_a_row_a_frame_and_reads_back_to_the_bit() {
         assert_eq!(column("collisions").as_primitive::<UInt32Type>().value(i), frame.collisions.count);
         assert_eq!(column("faults").as_primitive::<UInt32Type>().value(i), frame.faults);
         assert_eq!(column("state").as_string::<i32>().value(i), frames::state_word(frame.state));
+        let why = column("state_reason").as_string::<i32>();
+        assert_eq!(why.is_valid(i).then(|| why.value(i)), frame.reason.map(frames::reason_word));
         for (name, value) in [
             ("time_s", frame.time_s),
             ("x_m", base.translation.x),

@@ -7,6 +7,7 @@
 //! - [`rig`]: the camera, the mount and the laser planes, as parameters;
 //! - [`perception`]: a frame to lateral and heading error;
 //! - [`odometry`]: encoder counts to motion;
+//! - [`estimation`]: both together, each weighed by how sure it is: where the robot stands;
 //! - [`control`]: errors to a twist;
 //! - [`exposure`]: how bright the stripes are, to the next frame's exposure and laser power;
 //! - [`navigator`]: all of these, once a frame;
@@ -21,6 +22,7 @@
 pub mod angle;
 pub mod calibration;
 pub mod control;
+pub mod estimation;
 pub mod exposure;
 pub mod messages;
 pub mod mount_controller;

@@ -1,12 +1,14 @@
 //! The command controller (CC): frame by frame, from what the camera sees to wheel speeds.
 //!
-//! A frame's command takes effect one frame period after its exposure. So the errors measured in it are advanced to that time:
-//! by the encoders up to the exposure, by the commanded wheel speeds and their lag from there on.
+//! A frame's command takes effect one frame period after its exposure. So the errors at the exposure, as walls and encoders together
+//! have them ([`crate::estimation`]), are advanced to that time by the commanded wheel speeds and their lag.
 
 use crate::control::{ControlLaw, PathState};
+use crate::estimation::localiser::{Localiser, Sight};
+use crate::estimation::{Estimate, Estimator};
 use crate::exposure::AutoExposure;
 use crate::messages::{Command, Counts, Frame, Sides, Tick};
-use crate::odometry::{DriveModel, advance};
+use crate::odometry::DriveModel;
 use crate::perception::{Measurement, Perception, Stages};
 use crate::rig::MountAngles;
 
@@ -29,10 +31,29 @@ pub enum State {
     Unknown,
     /// The last frame showed where it stands.
     Tracking,
-    /// The last frame did not; it goes on by its wheels.
+    /// It knows where it stands, but not as well as it should: see [`Reason`].
+    Degraded,
+    /// The last frame did not show where it stands; it goes on by its wheels.
     Coasting,
     /// It has seen nothing for too long and stands.
     Stopped,
+}
+
+/// Why a navigator is in a state other than [`State::Tracking`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// No frame yet has shown a wall.
+    NothingSeenYet,
+    /// A side wall that was seen earlier in the run is not seen.
+    WallLost,
+    /// The estimate's own deviation is larger than it should be.
+    Uncertain,
+    /// The walls appear where they cannot be: the estimator's gate refused them.
+    Refused,
+    /// The frame shows no side wall.
+    NoWall,
+    /// Nothing that could be believed was seen for longer than the navigator may coast.
+    CoastedTooLong,
 }
 
 /// What a navigator made of a frame.
@@ -40,6 +61,10 @@ pub enum State {
 pub struct Report<'a> {
     /// How sure it is.
     pub state: State,
+    /// Why it is not tracking.
+    pub reason: Option<Reason>,
+    /// What its estimator believes, if it has one.
+    pub estimate: Option<Estimate>,
     /// What the frame said of where the robot stood at the exposure.
     pub measurement: Measurement,
     /// What the stages of its perception made of it.
@@ -68,14 +93,16 @@ pub struct DuctNavigator<P, L> {
     perception: P,
     law: L,
     auto_exposure: Option<AutoExposure>,
-    lateral_m: f64,
-    heading_rad: f64,
+    localiser: Localiser,
+    /// Whether the left and the right wall were ever seen.
+    walls_known: [bool; 2],
     travelled_m: f64,
     last: Option<(Counts, Tick)>,
     /// The command that takes effect at the exposure of the frame being read.
     commanded: Sides,
     measurement: Measurement,
     state: State,
+    reason: Option<Reason>,
     unseen_since: Option<Tick>,
 }
 
@@ -87,13 +114,14 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
             perception,
             law,
             auto_exposure: None,
-            lateral_m: 0.0,
-            heading_rad: 0.0,
+            localiser: Localiser::last_seen(),
+            walls_known: [false; 2],
             travelled_m: 0.0,
             last: None,
             commanded: Sides::default(),
             measurement: Measurement::default(),
             state: State::Unknown,
+            reason: None,
             unseen_since: None,
         }
     }
@@ -103,42 +131,67 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
         Self { auto_exposure: Some(auto_exposure), ..self }
     }
 
+    /// With an estimator that weighs wheels and walls, instead of the last measurement taken for exact.
+    pub fn with_estimator(self, estimator: Estimator) -> Self {
+        Self { localiser: Localiser::Kalman(Box::new(estimator)), ..self }
+    }
+
     /// The perception, to look at its stages.
     pub fn perception(&self) -> &P {
         &self.perception
     }
 
-    /// Carries the errors on to this exposure by the encoders; returns the wheels' speeds.
+    /// Carries the place on to this exposure by the encoders; returns the wheels' speeds.
     fn dead_reckon(&mut self, counts: Counts, tick: Tick) -> Sides {
-        let Some((before, then)) = self.last.replace((counts, tick)) else { return Sides::default() };
+        let Some((before, then)) = self.last else {
+            self.last = Some((counts, tick));
+            return Sides::default();
+        };
+        // A frame exposed before the last reading: the wheels have nothing new to say, its walls belong to an earlier place.
         if tick <= then {
             return Sides::default();
         }
+        self.last = Some((counts, tick));
         let period_s = (tick - then) as f64 / self.params.ticks_per_s;
         let wheels = self.params.drive.wheel_speeds(before, counts, period_s);
-        let (lateral, heading, along) = advance(self.lateral_m, self.heading_rad, self.params.drive.twist(wheels), period_s);
-        (self.lateral_m, self.heading_rad) = (lateral, heading);
-        self.travelled_m += along;
+        let travel = self.params.drive.travel(wheels, period_s);
+        self.travelled_m += self.localiser.advance(travel, self.params.drive.effective_track_m, tick);
         wheels
     }
 
-    /// Takes over what the frame shows; says how long it has shown nothing.
-    fn look(&mut self, frame: &Frame<'_>, mount: MountAngles, tick: Tick) -> f64 {
+    /// Takes over what the frame shows; says what it was good for, and for how long frames have been good for nothing.
+    fn look(&mut self, frame: &Frame<'_>, mount: MountAngles, tick: Tick) -> (Sight, f64) {
         self.measurement = self.perception.perceive(frame, mount);
-        if let (Some(lateral), Some(heading)) = (self.measurement.lateral_m, self.measurement.heading_rad) {
-            (self.lateral_m, self.heading_rad) = (lateral, heading);
+        let sight = self.localiser.look(&self.measurement, tick);
+        if sight == Sight::Used {
             self.unseen_since = None;
-            return 0.0;
+            return (sight, 0.0);
         }
         let since = *self.unseen_since.get_or_insert(tick);
-        (tick - since) as f64 / self.params.ticks_per_s
+        (sight, tick.saturating_sub(since) as f64 / self.params.ticks_per_s)
+    }
+
+    /// How sure it is of its place, and why no surer. Stopped or not is decided already: it goes on.
+    fn judge(&mut self, sight: Sight) -> (State, Option<Reason>) {
+        let seen = [self.measurement.left.is_some(), self.measurement.right.is_some()];
+        let lost = (0..2).any(|side| self.walls_known[side] && !seen[side]);
+        if sight == Sight::Used {
+            (0..2).for_each(|side| self.walls_known[side] |= seen[side]);
+        }
+        match sight {
+            Sight::None => (State::Coasting, Some(Reason::NoWall)),
+            Sight::Refused => (State::Degraded, Some(Reason::Refused)),
+            Sight::Used if lost => (State::Degraded, Some(Reason::WallLost)),
+            Sight::Used if self.localiser.is_uncertain() => (State::Degraded, Some(Reason::Uncertain)),
+            Sight::Used => (State::Tracking, None),
+        }
     }
 
     /// The errors at the time at which the command takes effect.
     fn at_actuation(&self, wheels: Sides, period_s: f64) -> PathState {
         let drive = &self.params.drive;
-        let meanwhile = drive.twist(drive.approach(wheels, self.commanded, period_s));
-        let (lateral_m, heading_rad, along) = advance(self.lateral_m, self.heading_rad, meanwhile, period_s);
+        let meanwhile = drive.travel(drive.approach(wheels, self.commanded, period_s), period_s);
+        let (lateral_m, heading_rad, along) = self.localiser.foresee(meanwhile, drive.effective_track_m);
         let (travelled_m, measured) = (self.travelled_m + along, drive.twist(wheels));
         PathState { lateral_m, heading_rad, curvature_1_m: 0.0, travelled_m, measured, period_s }
     }
@@ -147,21 +200,24 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
     fn drive(&mut self, frame: &Frame<'_>, counts: Counts, mount: MountAngles, tick: Tick) -> Command {
         let period_s = self.params.ticks_per_frame as f64 / self.params.ticks_per_s;
         let wheels = self.dead_reckon(counts, tick);
-        let unseen_s = self.look(frame, mount, tick);
-        let seen = unseen_s == 0.0 && self.unseen_since.is_none();
+        let (sight, unseen_s) = self.look(frame, mount, tick);
+        let seen = sight == Sight::Used;
         // Until the walls were seen once there is nothing to coast on.
         let blind = !seen && (self.state == State::Unknown || unseen_s > self.params.coast_s);
         if blind || (self.state == State::Stopped && !seen) {
+            self.reason = Some(Reason::NothingSeenYet);
             if self.state != State::Unknown {
-                self.state = State::Stopped;
+                (self.state, self.reason) = (State::Stopped, Some(Reason::CoastedTooLong));
             }
             self.law.reset(self.travelled_m);
             self.commanded = Sides::default();
             return Command::stop(self.params.mount);
         }
-        self.state = if seen { State::Tracking } else { State::Coasting };
+        (self.state, self.reason) = self.judge(sight);
         let twist = self.law.twist(&self.at_actuation(wheels, period_s));
-        self.commanded = self.params.drive.wheels(twist);
+        let told_m = self.params.drive.effective_track_m;
+        let drive = DriveModel { effective_track_m: self.localiser.effective_track_m(told_m), ..self.params.drive };
+        self.commanded = drive.wheels(twist);
         Command { wheel_speed_rad_s: self.commanded, ..Command::stop(self.params.mount) }
     }
 }
@@ -177,6 +233,12 @@ impl<P: Perception, L: ControlLaw> Navigator for DuctNavigator<P, L> {
     }
 
     fn report(&self) -> Report<'_> {
-        Report { state: self.state, measurement: self.measurement, stages: self.perception.stages() }
+        Report {
+            state: self.state,
+            reason: self.reason,
+            estimate: self.localiser.estimate(),
+            measurement: self.measurement,
+            stages: self.perception.stages(),
+        }
     }
 }

@@ -4,6 +4,7 @@
 //! drive of the same track W would, by chi = 1 + (L/W)^2 (isotropic Coulomb friction, centre of mass in the middle).
 
 use crate::control::Twist;
+use crate::estimation::Travel;
 use crate::messages::{Counts, Sides};
 
 /// What the navigator knows of the drive.
@@ -41,6 +42,17 @@ impl DriveModel {
     pub fn wheel_speeds(&self, before: Counts, now: Counts, period_s: f64) -> Sides {
         let scale = std::f64::consts::TAU / (self.counts_per_wheel_turn * period_s);
         Sides { left: (now.left - before.left) as f64 * scale, right: (now.right - before.right) as f64 * scale }
+    }
+
+    /// What the rims travel in `period_s` at these wheel speeds, in rad/s.
+    pub fn travel(&self, wheels: Sides, period_s: f64) -> Travel {
+        let scale = self.wheel_radius_m * period_s;
+        Travel { left_m: wheels.left * scale, right_m: wheels.right * scale }
+    }
+
+    /// Way of a wheel's rim for one encoder count, in metres.
+    pub fn metres_per_count(&self) -> f64 {
+        std::f64::consts::TAU * self.wheel_radius_m / self.counts_per_wheel_turn
     }
 
     /// Mean wheel speeds over the next `period_s`, when wheels that turn steadily at `now` are commanded to turn at `to`.

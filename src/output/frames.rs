@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
 use arrow_schema::ArrowError;
-use ductloop_nav::navigator::State;
+use ductloop_nav::estimation::{Estimate, Outcome};
+use ductloop_nav::navigator::{Reason, State};
 use ductloop_nav::perception::Wall;
 use ductloop_nav::wheel_controller::silence::Hearing;
 use parquet::arrow::ArrowWriter;
@@ -19,6 +20,7 @@ pub fn state_word(state: State) -> &'static str {
     match state {
         State::Unknown => "unknown",
         State::Tracking => "tracking",
+        State::Degraded => "degraded",
         State::Coasting => "coasting",
         State::Stopped => "stopped",
     }
@@ -31,6 +33,30 @@ pub fn hearing_word(hearing: Hearing) -> &'static str {
         Hearing::RampingDown => "ramping-down",
         Hearing::Down => "down",
         Hearing::CutOff => "cut-off",
+    }
+}
+
+/// The word for why a navigator is no surer, in tables.
+pub fn reason_word(reason: Reason) -> &'static str {
+    match reason {
+        Reason::NothingSeenYet => "nothing-seen-yet",
+        Reason::WallLost => "wall-lost",
+        Reason::Uncertain => "uncertain",
+        Reason::Refused => "refused",
+        Reason::NoWall => "no-wall",
+        Reason::CoastedTooLong => "coasted-too-long",
+    }
+}
+
+/// Why a navigator is no surer, in a phrase.
+pub fn reason_about(reason: Reason) -> &'static str {
+    match reason {
+        Reason::NothingSeenYet => "no wall was seen yet",
+        Reason::WallLost => "a wall that was seen before is not seen",
+        Reason::Uncertain => "the estimate's deviation is large",
+        Reason::Refused => "the walls appear where they cannot be",
+        Reason::NoWall => "no wall is seen",
+        Reason::CoastedTooLong => "nothing was seen for too long",
     }
 }
 
@@ -58,8 +84,10 @@ pub fn table(frames: &[FrameRecord]) -> Result<RecordBatch, ArrowError> {
     columns.number("exposure_s", |f| f.view.exposure_s);
     columns.number("laser_power", |f| f.laser_power);
     columns.push("state", false, |frames| StringArray::from_iter_values(frames.map(|f| state_word(f.state))));
+    columns.push("state_reason", true, |frames| frames.map(|f| f.reason.map(reason_word)).collect::<StringArray>());
     columns.count("lines", |f| f.lines as u32);
     estimates(&mut columns);
+    filter(&mut columns);
     stages(&mut columns);
     columns.number("command_left_rad_s", |f| f.command.wheel_speed_rad_s.left);
     columns.number("command_right_rad_s", |f| f.command.wheel_speed_rad_s.right);
@@ -84,6 +112,7 @@ fn truth(columns: &mut Columns<'_>) {
     columns.number("distance_m", |f| f.truth.distance_m);
     columns.number("lateral_m", |f| f.truth.lateral_m);
     columns.number("heading_rad", |f| f.truth.heading_rad);
+    columns.number("width_m", |f| f.width_m);
     columns.number("clearance_m", |f| f.truth.clearance_m);
     columns.number("speed_m_s", |f| f.truth.speed_m_s);
     columns.number("yaw_rate_rad_s", |f| f.truth.yaw_rate_rad_s);
@@ -116,6 +145,30 @@ fn estimates(columns: &mut Columns<'_>) {
             frames.map(|f| measured(f).map(|wall| wall.points as u32)).collect::<UInt32Array>()
         });
     }
+}
+
+/// What the estimator believes; null without one.
+fn filter(columns: &mut Columns<'_>) {
+    let values: [(&str, &str, fn(&Estimate) -> f64); 5] = [
+        ("filter_lateral", "m", |e| e.lateral_m),
+        ("filter_heading", "rad", |e| e.heading_rad),
+        ("filter_width", "m", |e| e.width_m),
+        ("filter_track", "m", |e| e.effective_track_m),
+        ("filter_icr", "m", |e| e.icr_m),
+    ];
+    for (i, (name, unit, value)) in values.into_iter().enumerate() {
+        columns.seen(&format!("{name}_{unit}"), move |f| f.estimate.as_ref().map(value));
+        columns.seen(&format!("{name}_sigma_{unit}"), move |f| f.estimate.map(|e| e.deviation(i)));
+    }
+    let looked = |f: &FrameRecord| match f.estimate?.outcome {
+        Outcome::Taken { nis, freedom } | Outcome::Refused { nis, freedom } => Some((nis, freedom)),
+        Outcome::None | Outcome::Begun | Outcome::Useless => None,
+    };
+    columns.seen("filter_nis", move |f| looked(f).map(|(nis, _)| nis));
+    columns.seen("filter_nis_freedom", move |f| looked(f).map(|(_, freedom)| freedom as f64));
+    columns.seen("filter_nees", |f| f.estimate?.nees(f.truth.lateral_m, f.truth.heading_rad, f.width_m));
+    columns.seen("filter_refused", |f| f.estimate.map(|e| f64::from(e.refused)));
+    columns.seen("filter_begun_anew", |f| f.estimate.map(|e| f64::from(e.begun_anew)));
 }
 
 /// How far each stage is from the truth ([`crate::stage_scores`]): errors are what was found less what is.

@@ -1,5 +1,6 @@
 //! What happened over time.
 
+mod filter;
 mod stages;
 
 use super::plot::{Band, Level, Plot, Series, Style};
@@ -35,6 +36,7 @@ pub(super) fn all(scenario: &Scenario, run: &RunRecord) -> Vec<Chart> {
         charts.extend(time.errors(quantity));
     }
     charts.extend(QUANTITIES.iter().map(|quantity| time.estimate_errors(quantity)));
+    charts.extend(filter::all(&time));
     charts.extend(stages::all(&time));
     charts.push(time.wheel_speeds());
     charts.push(time.speed());

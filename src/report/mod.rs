@@ -4,6 +4,7 @@
 //! - `plan`: the robot's path on the plan of the duct, to scale; `unrolled`: the same along the centreline, widened;
 //! - `charts`: errors, estimates, wheel speeds and clearance over time, drawn by [`plot`] with the [`ticks`] of its axes;
 //! - `key_frames`: what the camera saw and what the navigator made of it;
+//! - `states`: how long the navigator was how sure, and why;
 //! - `thinning`: long series without the points that nobody sees;
 //! - [`accuracy`]: the page of an accuracy study, with its [`heat_map`]s.
 //!
@@ -16,6 +17,7 @@ mod key_frames;
 mod plan;
 pub mod plot;
 mod robot_plan;
+mod states;
 mod thinning;
 pub mod ticks;
 mod unrolled;
@@ -66,6 +68,7 @@ pub fn html(scenario: &Scenario, run: &RunRecord, summary: &Summary, manifest: &
         metrics => verdict::metrics(summary),
         plan => drawing(plan::svg(scenario, &network, run)),
         unrolled => drawing(unrolled::plot(scenario, &network, run).svg()),
+        states => states::rows(scenario, run),
         charts => charts,
         lasers => key_frames::lasers(scenario),
         key_frames => key_frames::figures(scenario, run)?,

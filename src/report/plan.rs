@@ -184,6 +184,7 @@ fn wall_pieces(face: &Face) -> Vec<[Point2<f64>; 2]> {
 fn draw_path(out: &mut String, scale: &Scale, run: &RunRecord) -> std::fmt::Result {
     let class = |state: State| match state {
         State::Unknown | State::Tracking => "truth",
+        State::Degraded => "degraded",
         State::Coasting => "coasting",
         State::Stopped => "stopped",
     };

@@ -43,8 +43,8 @@ pub use criteria::{Bound, Criteria, Criterion, Measured};
 pub use diagnostic::{Diagnostic, Diagnostics, Place};
 pub use faults::{Fault, FaultKind, Side, Wheel};
 pub use model::{
-    AutoExposure, Control, Duct, Finish, Law, LinkParams, MountControl, Navigation, Object, ObjectShape, Perception, Piece,
-    Pipeline, Rates, RigDeviation, Scenario, Start, Surface, WheelControl,
+    AutoExposure, Control, Duct, Estimation, EstimatorKind, Finish, Law, LinkParams, MountControl, Navigation, Object,
+    ObjectShape, Perception, Piece, Pipeline, Rates, RigDeviation, Scenario, Start, Surface, WheelControl,
 };
 pub use overlay::Overlays;
 pub use schema::schema;

@@ -13,6 +13,7 @@ use ductloop_nav::control::lqr::LqrParams;
 use ductloop_nav::control::pure_pursuit::PurePursuitParams;
 use ductloop_nav::control::samson::SamsonParams;
 use ductloop_nav::control::stanley::StanleyParams;
+use ductloop_nav::estimation::EstimationParams;
 use ductloop_nav::messages::MountSweep;
 use ductloop_nav::perception::paper::PaperParams;
 use ductloop_nav::perception::robust::RobustParams;
@@ -60,6 +61,8 @@ pub struct Scenario {
     pub optics: Optics,
     /// How images become errors.
     pub perception: Perception,
+    /// How wheels and walls become one place.
+    pub estimation: Estimation,
     /// How errors become wheel speeds.
     pub control: Control,
     /// The wheel controller.
@@ -140,6 +143,24 @@ pub enum Pipeline {
     Paper,
     /// The true errors, without looking at any image.
     Truth,
+}
+
+/// How wheels and walls become one place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimation {
+    /// Which way.
+    pub kind: EstimatorKind,
+    /// Parameters of the filter.
+    pub params: EstimationParams,
+}
+
+/// A way from wheels and walls to a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EstimatorKind {
+    /// A Kalman filter.
+    Kalman,
+    /// The last measurement, carried on by the wheels.
+    None,
 }
 
 /// How errors become wheel speeds.
@@ -351,6 +372,16 @@ impl Pipeline {
             Self::Robust => "robust",
             Self::Paper => "paper",
             Self::Truth => "truth",
+        }
+    }
+}
+
+impl EstimatorKind {
+    /// The word for it in a scenario.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Kalman => "kalman",
+            Self::None => "none",
         }
     }
 }

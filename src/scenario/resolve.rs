@@ -2,6 +2,7 @@
 //! other.
 
 use ductloop_duct::network::End;
+use ductloop_nav::estimation::EstimationParams;
 use ductloop_nav::messages::MountSweep;
 use ductloop_nav::perception::paper::PaperParams;
 use ductloop_nav::perception::robust::RobustParams;
@@ -15,7 +16,9 @@ use super::check::Checked;
 use super::criteria::{Bound, Criteria, Criterion};
 use super::diagnostic::{Diagnostics, Finding};
 use super::fields::{self, Default, Field, Scale, Slot};
-use super::model::{AutoExposure, Control, Duct, Finish, Navigation, Perception, Pipeline, Rates, RigDeviation, Start};
+use super::model::{
+    AutoExposure, Control, Duct, Estimation, EstimatorKind, Finish, Navigation, Perception, Pipeline, Rates, RigDeviation, Start,
+};
 use super::model::{LinkParams, MountControl, WheelControl};
 use super::source::{Sources, Span};
 use super::tree::{Node, Table, Value};
@@ -206,6 +209,7 @@ fn blank() -> Scenario {
         auto_exposure: AutoExposure { target_dn: 1.0, exposure_s: [1e-3; 2], laser_power: [1.0; 2] },
         optics: Optics::default(),
         perception: Perception { pipeline: Pipeline::Robust, paper: PaperParams::default(), robust: RobustParams::default() },
+        estimation: Estimation { kind: EstimatorKind::Kalman, params: EstimationParams::default() },
         control: Control::default(),
         wheel_control: WheelControl {
             arithmetic: Arithmetic::Fixed,

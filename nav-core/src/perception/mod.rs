@@ -26,6 +26,7 @@ pub mod paper;
 pub mod ridge;
 pub mod robust;
 pub mod scan;
+pub mod side_walls;
 pub mod thinning;
 pub mod threshold;
 pub mod triangulation;
@@ -35,6 +36,7 @@ use nalgebra::Matrix3;
 
 use crate::messages::Frame;
 use crate::rig::MountAngles;
+use side_walls::SideWalls;
 use wall_plane::WallPlane;
 
 /// A face of the duct, as the robot meets it.
@@ -104,6 +106,9 @@ pub struct Measurement {
     pub height_m: Option<f64>,
     /// Standard deviations of these four, where they were seen; `None` from a perception that states none.
     pub deviation: Deviation,
+    /// The side walls with the covariance of all they say; `None` where no side wall was seen, and from a perception that states
+    /// none.
+    pub side_walls: Option<SideWalls>,
     /// The left wall.
     pub left: Option<WallMeasurement>,
     /// The right wall.

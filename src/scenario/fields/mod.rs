@@ -7,6 +7,7 @@
 mod camera;
 mod course;
 mod duct;
+mod estimation;
 mod fault;
 mod field;
 mod general;
@@ -76,6 +77,7 @@ pub fn tables() -> impl Iterator<Item = &'static TableRow> {
         mount_control::TABLES,
         link::TABLES,
         laws::TABLES,
+        estimation::TABLES,
         duct::TABLES,
         object::TABLES,
         course::TABLES,
@@ -104,6 +106,7 @@ pub fn fields() -> impl Iterator<Item = &'static Field> {
         mount_control::FIELDS,
         link::FIELDS,
         laws::FIELDS,
+        estimation::FIELDS,
         duct::FIELDS,
         object::FIELDS,
         course::FIELDS,

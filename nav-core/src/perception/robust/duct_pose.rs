@@ -6,6 +6,7 @@
 
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix4, Matrix4x3, Vector2, Vector3, Vector4};
 
+use super::super::side_walls::SideWalls;
 use super::super::{Deviation, Measurement, Wall, WallDeviation, WallMeasurement};
 use super::plane_fit::Plane;
 use super::proposal::Upright;
@@ -98,8 +99,8 @@ pub(super) fn measure(planes: &[(Wall, Plane)], upright: &Upright, width_m: f64)
     };
     let pose = match (&alone.0, &alone.1) {
         (None, None) => return Measurement { deviation: Deviation { height_m: height_sigma, ..Deviation::default() }, ..walls },
-        (Some(one), None) => single(one, width_m / 2.0 - one.distance_m),
-        (None, Some(one)) => single(one, one.distance_m - width_m / 2.0),
+        (Some(one), None) => single(Wall::Left, one, width_m / 2.0 - one.distance_m),
+        (None, Some(one)) => single(Wall::Right, one, one.distance_m - width_m / 2.0),
         (Some(left), Some(right)) => both(left, right),
     };
     Measurement {
@@ -112,6 +113,7 @@ pub(super) fn measure(planes: &[(Wall, Plane)], upright: &Upright, width_m: f64)
             width_m: pose.width_m.map(|width| width[1]),
             height_m: height_sigma,
         },
+        side_walls: Some(pose.side_walls),
         ..walls
     }
 }
@@ -121,11 +123,20 @@ struct Pose {
     lateral_m: [f64; 2],
     heading_rad: [f64; 2],
     width_m: Option<[f64; 2]>,
+    side_walls: SideWalls,
 }
 
-fn single(wall: &Side, lateral_m: f64) -> Pose {
+fn single(which: Wall, wall: &Side, lateral_m: f64) -> Pose {
     let sigma = |i: usize| wall.covariance[(i, i)].max(0.0).sqrt();
-    Pose { lateral_m: [lateral_m, sigma(0)], heading_rad: [wall.heading_rad, sigma(1)], width_m: None }
+    let row = if which == Wall::Left { 1 } else { 2 };
+    let mut covariance = Matrix3::zeros();
+    covariance[(0, 0)] = wall.covariance[(1, 1)];
+    covariance[(row, row)] = wall.covariance[(0, 0)];
+    (covariance[(0, row)], covariance[(row, 0)]) = (wall.covariance[(1, 0)], wall.covariance[(0, 1)]);
+    let seen = |wanted: Wall| (which == wanted).then_some(wall.distance_m);
+    let side_walls =
+        SideWalls { heading_rad: wall.heading_rad, left_m: seen(Wall::Left), right_m: seen(Wall::Right), covariance };
+    Pose { lateral_m: [lateral_m, sigma(0)], heading_rad: [wall.heading_rad, sigma(1)], width_m: None, side_walls }
 }
 
 /// Both walls of a duct whose walls are parallel: (distance left, distance right, heading), their covariance, and the chi-square (one
@@ -169,7 +180,7 @@ fn together(left: &Side, right: &Side) -> (Option<Side>, Option<Side>) {
 fn both(left: &Side, right: &Side) -> Pose {
     let Some((found, covariance, chi2)) = parallel(left, right) else {
         let spread = (left.covariance[(0, 0)] + right.covariance[(0, 0)]).max(0.0).sqrt();
-        let pose = single(left, (right.distance_m - left.distance_m) / 2.0);
+        let pose = single(Wall::Left, left, (right.distance_m - left.distance_m) / 2.0);
         return Pose { lateral_m: [pose.lateral_m[0], spread / 2.0], ..pose };
     };
     let covariance = covariance * chi2.max(1.0);
@@ -179,5 +190,12 @@ fn both(left: &Side, right: &Side) -> Pose {
         lateral_m: [(found[1] - found[0]) / 2.0, sigma(Vector2::new(-0.5, 0.5))],
         heading_rad: [found[2], covariance[(2, 2)].max(0.0).sqrt()],
         width_m: Some([found[0] + found[1], sigma(Vector2::new(1.0, 1.0))]),
+        side_walls: SideWalls {
+            heading_rad: found[2],
+            left_m: Some(found[0]),
+            right_m: Some(found[1]),
+            // In the order (heading, left, right).
+            covariance: Matrix3::from_fn(|i, j| covariance[((i + 2) % 3, (j + 2) % 3)]),
+        },
     }
 }
