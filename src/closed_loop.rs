@@ -183,7 +183,8 @@ impl<'a> ClosedLoop<'a> {
 
         // The navigator reads the frame while the body moves on; its command waits for the next one.
         let (head, body) = (&mut self.head, &mut self.body);
-        let true_errors = [truth.lateral_m, truth.heading_rad, body.width_at(&truth)];
+        let width_m = body.width_at(&truth);
+        let true_errors = [truth.lateral_m, truth.heading_rad, width_m];
         let exposure = Exposure { view: &view, truth: true_errors, counts, mount, tick };
         let mut look = || head.look(&exposure, &active);
         let faults_of_the_run = &self.faults;

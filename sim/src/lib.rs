@@ -17,7 +17,8 @@
 //! - [`collision`], [`clearance`], [`truth`]: what really happened, which no navigator sees;
 //! - [`world`]: all of it, tick by tick.
 //!
-//! What it does not do: wheels meet the floor as points (they may give radially; no tyre slip, no load-dependent friction), the ducts do not
+//! What it does not do: wheels meet the floor as points (they may give radially; no tyre slip, no load-dependent
+//! friction), the ducts do not
 //! move, and the lens of the physics is one fixed tick. How accurate it is, is measured in `tests/`: yaw rate within 3 % of
 //! the four-point-contact theory, drift under 1 mm in 10 m, the same bits for the same inputs.
 //!

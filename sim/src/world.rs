@@ -320,8 +320,8 @@ impl World {
         }
     }
 
-    /// Energy of the robot: kinetic, in the field of gravity (0 at the world's origin), in links and windings, in J. Without what the
-    /// contacts and compliant wheels store, which the engine does not tell: microjoules, and [`crate::axle`]'s springs.
+    /// Energy of the robot: of its motion, its height (0 at the world's origin), links and windings, in J. What contacts, joints and
+    /// the springs of compliant wheels store, which the engine does not tell, is left out.
     pub fn energy_j(&self) -> f64 {
         let Self { physics, chassis, drives, .. } = self;
         let mechanical = |handle: RigidBodyHandle| {

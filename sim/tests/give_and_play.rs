@@ -159,7 +159,8 @@ fn within_the_play_nothing_is_passed_on() {
 
 #[test]
 fn there_and_back_again_the_shaft_lacks_the_play() {
-    // Slowly, so that no wheel slips. Past the same place, forward and backward: the shaft leads the wheels by half of the play, then lags by as much.
+    // Slowly, so that no wheel slips. Past the same place, forward and backward: the shaft leads the wheels by half of the play,
+    // then lags by as much.
     const SLACK: f64 = 0.1;
     let mut robot = RobotSpec::incra1();
     robot.link_slack_rad = SLACK;

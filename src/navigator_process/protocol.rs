@@ -99,12 +99,14 @@ pub(super) fn answer(body: &[u8]) -> Result<Answer, String> {
         mount: MountAngles { pan_rad: within("pan", pan_rad, turn)?, tilt_rad: within("tilt", tilt_rad, turn)? },
         exposure_s: told("the exposure", exposure_s, 1e-6, 1.0)?,
         laser_power: told("the laser power", laser_power, 0.0, 1.0)?,
+        sweep: None,
     };
     let state = match body[64] {
         0 => State::Unknown,
         1 => State::Tracking,
         2 => State::Coasting,
         3 => State::Stopped,
+        4 => State::Degraded,
         other => return Err(format!("{other} is no state")),
     };
     Ok(Answer {
