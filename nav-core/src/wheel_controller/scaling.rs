@@ -180,7 +180,8 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_sixteen_bits_is_refused() {
-        let gains = WheelGains::from_bandwidth(60.0, 31.2, 0.02);
+        // At 60 rad/s the integral would give out before the counts a tick do.
+        let gains = WheelGains::from_bandwidth(80.0, 31.2, 0.02);
         let of = |counts: f64| Scaling::new(&gains, &WheelLimits::NONE, 0.005, counts, 8);
         assert!(matches!(of(700_000.0), Err(ScalingError::TooFast { .. })), "{:?}", of(700_000.0));
         assert!(of(650_000.0).is_ok());
