@@ -94,7 +94,7 @@ fn colours_are_for_terminals_only() {
 #[test]
 fn every_scenario_of_the_library_is_valid_and_survives_being_written_out() {
     let mut names = Vec::new();
-    for path in files("scenarios", "toml") {
+    for path in files("scenarios", "toml").into_iter().chain(files("scenarios/widths", "toml")) {
         let scenario = read(&path).unwrap_or_else(|errors| panic!("{errors}"));
         let text = scenario.to_toml();
         let again = Scenario::from_toml_str(&text).unwrap_or_else(|errors| panic!("{}\n{errors}", path.display()));
@@ -103,7 +103,9 @@ fn every_scenario_of_the_library_is_valid_and_survives_being_written_out() {
         assert_eq!(path.file_stem().and_then(|s| s.to_str()), Some(scenario.name.as_str()), "a file is named after its scenario");
         names.push(scenario.name);
     }
-    for name in ["straight", "straight-offset", "straight-incra1", "straight-narrow", "straight-wide"] {
+    for name in
+        ["straight", "straight-offset", "straight-incra1", "straight-narrow", "straight-wide", "straight-fast", "straight-300mm"]
+    {
         assert!(names.iter().any(|n| n == name), "{name}");
     }
 }

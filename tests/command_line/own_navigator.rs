@@ -77,14 +77,14 @@ fn what_a_program_does_wrong_is_named() {
     for (how, named) in [
         ("die", "ended (exit status: 7) on the frame of tick 160"),
         ("print", "no message of the protocol"),
-        ("sleep", "no answer within 0.5 s on the frame of tick 160"),
+        ("sleep", "no answer within 5 s on the frame of tick 160"),
         ("nan", "the left wheels' speed is NaN"),
         ("kind", "a message of kind 9 instead of 4"),
     ] {
         let command = format!("python3 nav.py {how}");
-        let args = ["run", "short.toml", "--renderer", "cpu", "--navigator", &command, "--navigator-limit-s", "0.5", "--json"];
-        // A slow machine may need longer than half a second to start Python, which another test sees to.
-        let args: Vec<&str> = args.iter().map(|word| if *word == "0.5" && how != "sleep" { "20" } else { word }).collect();
+        let args = ["run", "short.toml", "--renderer", "cpu", "--navigator", &command, "--navigator-limit-s", "5", "--json"];
+        // The limit holds for starting Python too: a busy machine may need seconds for it, and longer where nothing is to be late.
+        let args = args.map(|word| if word == "5" && how != "sleep" { "20" } else { word });
         let started = Instant::now();
         let ran = workshop.run(&args).expect(3);
         assert!(started.elapsed() < Duration::from_secs(60), "{how}");
