@@ -171,6 +171,9 @@ fn navigator_params(scenario: &Scenario) -> NavigatorParams {
             wheel_bandwidth_rad_s: scenario.control.wheel_bandwidth_rad_s,
         },
         coast_s: scenario.navigation.coast_s,
+        // Images without noise may well be the same; a navigator that steers by the truth does not look at any.
+        frozen_frames: Some(u64::from(scenario.navigation.frozen_frames))
+            .filter(|frames| *frames > 0 && scenario.optics.noise && scenario.perception.pipeline != Pipeline::Truth),
         mount: scenario.rig.mount.rest,
     }
 }

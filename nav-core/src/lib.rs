@@ -9,6 +9,7 @@
 //! - [`odometry`]: encoder counts to motion;
 //! - [`estimation`]: both together, each weighed by how sure it is: where the robot stands;
 //! - [`control`]: errors to a twist;
+//! - [`frozen`]: whether the camera still exposes;
 //! - [`exposure`]: how bright the stripes are, to the next frame's exposure and laser power;
 //! - [`navigator`]: all of these, once a frame;
 //! - [`wheel_controller`]: wheel speeds to motor duty, at its own rate;
@@ -24,6 +25,7 @@ pub mod calibration;
 pub mod control;
 pub mod estimation;
 pub mod exposure;
+pub mod frozen;
 pub mod messages;
 pub mod mount_controller;
 pub mod navigator;

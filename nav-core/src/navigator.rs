@@ -7,6 +7,7 @@ use crate::control::{ControlLaw, PathState};
 use crate::estimation::localiser::{Localiser, Sight};
 use crate::estimation::{Estimate, Estimator};
 use crate::exposure::AutoExposure;
+use crate::frozen::FrozenCamera;
 use crate::messages::{Command, Counts, Frame, Sides, Tick};
 use crate::odometry::DriveModel;
 use crate::perception::{Measurement, Perception, Stages};
@@ -52,6 +53,8 @@ pub enum Reason {
     Refused,
     /// The frame shows no side wall.
     NoWall,
+    /// The camera gives the same frame again and again.
+    FrozenCamera,
     /// Nothing that could be believed was seen for longer than the navigator may coast.
     CoastedTooLong,
 }
@@ -82,6 +85,8 @@ pub struct NavigatorParams {
     pub drive: DriveModel,
     /// Longest time without sight of a wall before the robot stops, in seconds.
     pub coast_s: f64,
+    /// So many frames in a row that are the same as the one before are a frozen camera; `None`: whatever comes is believed.
+    pub frozen_frames: Option<u64>,
     /// Where the mount is to point.
     pub mount: MountAngles,
 }
@@ -104,6 +109,8 @@ pub struct DuctNavigator<P, L> {
     state: State,
     reason: Option<Reason>,
     unseen_since: Option<Tick>,
+    camera: FrozenCamera,
+    is_frozen: bool,
 }
 
 impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
@@ -123,6 +130,8 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
             state: State::Unknown,
             reason: None,
             unseen_since: None,
+            camera: FrozenCamera::default(),
+            is_frozen: false,
         }
     }
 
@@ -161,7 +170,9 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
 
     /// Takes over what the frame shows; says what it was good for, and for how long frames have been good for nothing.
     fn look(&mut self, frame: &Frame<'_>, mount: MountAngles, tick: Tick) -> (Sight, f64) {
-        self.measurement = self.perception.perceive(frame, mount);
+        let repeated = self.camera.look(frame);
+        self.is_frozen = self.params.frozen_frames.is_some_and(|most| repeated >= most);
+        self.measurement = if self.is_frozen { Measurement::default() } else { self.perception.perceive(frame, mount) };
         let sight = self.localiser.look(&self.measurement, tick);
         if sight == Sight::Used {
             self.unseen_since = None;
@@ -179,6 +190,7 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
             (0..2).for_each(|side| self.walls_known[side] |= seen[side]);
         }
         match sight {
+            Sight::None if self.is_frozen => (State::Coasting, Some(Reason::FrozenCamera)),
             Sight::None => (State::Coasting, Some(Reason::NoWall)),
             Sight::Refused => (State::Degraded, Some(Reason::Refused)),
             Sight::Used if lost => (State::Degraded, Some(Reason::WallLost)),
@@ -207,7 +219,8 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
         if blind || (self.state == State::Stopped && !seen) {
             self.reason = Some(Reason::NothingSeenYet);
             if self.state != State::Unknown {
-                (self.state, self.reason) = (State::Stopped, Some(Reason::CoastedTooLong));
+                let reason = if self.is_frozen { Reason::FrozenCamera } else { Reason::CoastedTooLong };
+                (self.state, self.reason) = (State::Stopped, Some(reason));
             }
             self.law.reset(self.travelled_m);
             self.commanded = Sides::default();
@@ -238,7 +251,7 @@ impl<P: Perception, L: ControlLaw> Navigator for DuctNavigator<P, L> {
             reason: self.reason,
             estimate: self.localiser.estimate(),
             measurement: self.measurement,
-            stages: self.perception.stages(),
+            stages: if self.is_frozen { Stages::default() } else { self.perception.stages() },
         }
     }
 }

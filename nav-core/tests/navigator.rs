@@ -40,8 +40,14 @@ const COUNTS_A_FRAME: f64 = 0.3 / 0.04 / std::f64::consts::TAU * 66_000.0 / 30.0
 /// Frames as (lateral in mm or 0 for unseen, heading in mrad); returns the states, and what the law was asked.
 fn drive(frames: &[[u8; 2]], speed_m_s: f64) -> (Vec<State>, Vec<f64>, Vec<PathState>) {
     let asked = Arc::default();
-    let params =
-        NavigatorParams { ticks_per_s: 1200.0, ticks_per_frame: 40, drive: DRIVE, coast_s: 0.2, mount: MountAngles::default() };
+    let params = NavigatorParams {
+        ticks_per_s: 1200.0,
+        ticks_per_frame: 40,
+        drive: DRIVE,
+        coast_s: 0.2,
+        frozen_frames: None,
+        mount: MountAngles::default(),
+    };
     let mut navigator = DuctNavigator::new(params, Told, Noted(Arc::clone(&asked)));
     let (mut states, mut wheels) = (Vec::new(), Vec::new());
     for (i, pixels) in frames.iter().enumerate() {

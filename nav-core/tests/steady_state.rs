@@ -33,7 +33,14 @@ fn does_not_allocate(perception: impl Perception) {
         counts_per_wheel_turn: 66_000.0,
         wheel_bandwidth_rad_s: 60.0,
     };
-    let params = NavigatorParams { ticks_per_s: 1200.0, ticks_per_frame: 40, drive, coast_s: 0.5, mount: MountAngles::default() };
+    let params = NavigatorParams {
+        ticks_per_s: 1200.0,
+        ticks_per_frame: 40,
+        drive,
+        coast_s: 0.5,
+        frozen_frames: None,
+        mount: MountAngles::default(),
+    };
     let exposure = ExposureParams { target_dn: 150.0, exposure_s: [1e-4, 1e-2], laser_power: [0.1, 1.0], first_exposure_s: 4e-3 };
     let law = KohCho::new(0.3, Limits::default(), KohChoParams::default());
     let mut navigator = DuctNavigator::new(params, perception, law).with_auto_exposure(AutoExposure::new(exposure, &rig));

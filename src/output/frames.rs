@@ -44,6 +44,7 @@ pub fn reason_word(reason: Reason) -> &'static str {
         Reason::Uncertain => "uncertain",
         Reason::Refused => "refused",
         Reason::NoWall => "no-wall",
+        Reason::FrozenCamera => "frozen-camera",
         Reason::CoastedTooLong => "coasted-too-long",
     }
 }
@@ -56,6 +57,7 @@ pub fn reason_about(reason: Reason) -> &'static str {
         Reason::Uncertain => "the estimate's deviation is large",
         Reason::Refused => "the walls appear where they cannot be",
         Reason::NoWall => "no wall is seen",
+        Reason::FrozenCamera => "the camera gives the same frame again and again",
         Reason::CoastedTooLong => "nothing was seen for too long",
     }
 }

@@ -265,6 +265,8 @@ pub struct Navigation {
     pub width_m: f64,
     /// Longest time without sight of a wall before the robot stops, in seconds.
     pub coast_s: f64,
+    /// So many frames in a row that are the same as the one before are a frozen camera; 0: whatever comes is believed.
+    pub frozen_frames: u32,
 }
 
 /// The duct: one cross-section, fittings joined one after the other.

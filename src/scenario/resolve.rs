@@ -227,7 +227,7 @@ fn blank() -> Scenario {
             sweep: MountSweep { amplitude: MountAngles::default(), period_s: 1.0 },
         },
         link: LinkParams::default(),
-        navigation: Navigation { width_m: 1.0, coast_s: 0.0 },
+        navigation: Navigation { width_m: 1.0, coast_s: 0.0, frozen_frames: 0 },
         duct: Duct {
             width_m: 1.0,
             height_m: 1.0,

@@ -1,7 +1,7 @@
 //! What the navigator asks for: where the robot stands now, and where it will stand when a command takes effect.
 
 use super::estimator::{Estimate, Estimator, Outcome};
-use super::motion::{HEADING, LATERAL, Travel};
+use super::motion::{HEADING, LATERAL, PER_TRACK, Travel};
 use crate::messages::Tick;
 use crate::odometry::advance;
 use crate::perception::Measurement;
@@ -20,6 +20,9 @@ pub enum Localiser {
         heading_rad: f64,
     },
 }
+
+/// The effective track that a robot is told is taken for right within this share of it.
+const KNOWN_SHARE: f64 = 0.02;
 
 /// What a frame was good for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,10 +82,15 @@ impl Localiser {
         }
     }
 
-    /// Effective track that the wheels are commanded by: the filter's, as far as it is one that wheels of this track can have.
+    /// Effective track that the wheels are commanded by: the filter's, as far as it knows it. On straights it does not, and wanders.
     pub fn effective_track_m(&self, told_m: f64) -> f64 {
         match self {
-            Self::Kalman(filter) => filter.estimate().effective_track_m.clamp(0.5 * told_m, 2.0 * told_m),
+            Self::Kalman(filter) => {
+                let estimate = filter.estimate();
+                let (known, sigma) = (KNOWN_SHARE * told_m, estimate.deviation(PER_TRACK));
+                let trust = known * known / (known * known + sigma * sigma);
+                told_m + trust * (estimate.effective_track_m.clamp(0.5 * told_m, 2.0 * told_m) - told_m)
+            }
             Self::LastSeen { .. } => told_m,
         }
     }

@@ -40,6 +40,12 @@ pub(super) const FIELDS: &[Field] = &[
         .unit("s")
         .default("0.5")
         .about("Longest time without sight of a wall before the robot stops."),
+    Field::count("navigation.frozen_frames", 0, 1000, |s| &mut s.navigation.frozen_frames)
+        .default("3")
+        .about(
+            "So many frames in a row that are the same to the bit as the one before are a frozen camera, and are not believed; 0: whatever \
+             comes is believed. Images without noise always are: they may well be the same.",
+        ),
     Field::number("control.wheel_bandwidth_rad_s", 1.0, 500.0, |s| &mut s.control.wheel_bandwidth_rad_s)
         .unit("rad/s")
         .default("60.0")
