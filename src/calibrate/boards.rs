@@ -177,7 +177,11 @@ impl Centres {
             BoardsError::Misses { centre, .. } => {
                 at(*centre, "the ray of this centre does not meet its board in front of the camera".into())
             }
-            BoardsError::TooFew(_) | BoardsError::OneLine | BoardsError::ThroughCamera(_) => {
+            BoardsError::TooFew(_)
+            | BoardsError::OneBoard
+            | BoardsError::OneLine
+            | BoardsError::Noise { .. }
+            | BoardsError::ThroughCamera(_) => {
                 let tables = self.tables.iter().map(Table::file).collect::<Vec<_>>().join(", ");
                 let file = if tables.is_empty() { "stripe centres".into() } else { tables };
                 let outside =
@@ -244,7 +248,9 @@ impl Found {
         let board = |(board, file): (usize, &String)| {
             let (rms_mm, rms_px, used) = self.rms(Some(board));
             let all = self.centres.on_boards.iter().filter(|centre| centre.board == board).count();
-            json!({"file": file, "centres": all, "used": used, "rms_mm": rms_mm, "rms_px": rms_px})
+            // What no centre tells is not nought.
+            let of_some = |rms: f64| (used > 0).then_some(rms);
+            json!({"file": file, "centres": all, "used": used, "rms_mm": of_some(rms_mm), "rms_px": of_some(rms_px)})
         };
         let (rms_mm, rms_px, used) = self.rms(None);
         let (offset_mm, normal_rad) = self.sigma();
@@ -285,7 +291,11 @@ impl Found {
         for (board, file) in self.files.iter().enumerate() {
             let all = self.centres.on_boards.iter().filter(|centre| centre.board == board).count();
             let (mm, px, used) = self.rms(Some(board));
-            writeln!(out, "{file:<16} {all:>7} {used:>7} {mm:>10.3} {px:>10.3}")?;
+            if used == 0 {
+                writeln!(out, "{file:<16} {all:>7} {used:>7} {:>10} {:>10}", "-", "-")?;
+            } else {
+                writeln!(out, "{file:<16} {all:>7} {used:>7} {mm:>10.3} {px:>10.3}")?;
+            }
         }
         let (mm, px, used) = self.rms(None);
         let all = self.centres.on_boards.len();
