@@ -9,6 +9,7 @@ use ductloop_nav::rig::Camera;
 use nalgebra::{Unit, Vector3};
 use serde_json::{Value, json};
 
+use super::camera::camera_table;
 use super::model::laser_table;
 use super::table::Table;
 use crate::scenario::{Diagnostic, Diagnostics};
@@ -199,6 +200,7 @@ pub struct Found {
     pub plane: BoardsPlane,
     /// The laser's name.
     pub laser: String,
+    camera: Camera,
     files: Vec<String>,
     centres: Centres,
 }
@@ -211,7 +213,7 @@ impl Found {
     pub fn fit(camera: &Camera, boards: Boards, centres: Centres, laser: &str) -> Result<Self, Diagnostics> {
         let plane =
             BoardsPlane::of(&Lens::new(camera), &boards.planes, &centres.on_boards).map_err(|error| centres.why_not(&error))?;
-        Ok(Self { plane, laser: laser.to_owned(), files: boards.files, centres })
+        Ok(Self { plane, laser: laser.to_owned(), camera: camera.clone(), files: boards.files, centres })
     }
 
     /// RMS distance from the plane, in millimetres and in pixels, and how many: of the centres that count, on one board or on all.
@@ -236,10 +238,16 @@ impl Found {
         (covariance[(2, 2)].max(0.0).sqrt(), turns.symmetric_eigenvalues().max().max(0.0).sqrt())
     }
 
-    /// The plane as a file for `--with`.
+    /// The plane as a file for `--with` and for `perceive --rig`, with the camera that it was found by: in another's frame it means
+    /// nothing.
     pub fn to_toml(&self) -> String {
         let table = laser_table(&self.laser, &self.plane.normal, self.plane.offset_mm);
-        format!("# A laser's plane fitted by `ductloop calibrate --boards`, in the camera's frame.\n{}", table.trim_start())
+        format!(
+            "# A laser's plane fitted by `ductloop calibrate --boards`, in the camera's frame: lay it over a scenario by `--with`, or read\n\
+             # pictures by `perceive --rig`, behind an --rig each for the files of other lasers.\n\
+             # How the camera stands on a robot, boards do not tell: roll_deg, position_in_base_m.\n{}{table}",
+            camera_table(&self.camera)
+        )
     }
 
     /// As JSON.

@@ -33,6 +33,15 @@ impl Typed {
         typed
     }
 
+    /// From files, each laid over those before it.
+    pub(super) fn of_files(paths: &[impl AsRef<Path>]) -> Self {
+        let mut typed = Self::default();
+        for path in paths.iter().map(AsRef::as_ref) {
+            typed.lay_file(path.display().to_string(), path);
+        }
+        typed
+    }
+
     /// From a file with what is laid over it.
     pub(super) fn read(path: &Path, overlays: &Overlays) -> Self {
         let mut typed = Self::default();
