@@ -67,6 +67,18 @@ fn what_is_wrong_exits_2_before_anything_runs() {
     assert!(ran.json()["errors"][0]["message"].as_str().expect("words").contains("`count`"), "{}", ran.stdout);
     let ran = workshop.run(&["accuracy", "missing.toml"]).expect(2);
     assert!(ran.stderr.contains("there is no such file"), "{}", ran.stderr);
+    workshop
+        .run(&["accuracy", "smoke.toml", "--perception", "robust"])
+        .expect(2)
+        .saying(&["--perception robust", "--set 'pipelines=[\"robust\"]'"]);
+    workshop.run(&["accuracy", "smoke.toml", "--set", "start.lateral_m=0.1"]).expect(2).saying(&["`[grid]`", "start.lateral_m"]);
+    // One pose of many outside the duct, told at once and in words.
+    let outside = ["--set", "poses.count=100000", "--set", "grid.start.lateral_m=[0.0, 0.4]"];
+    for command in ["accuracy", "check"] {
+        let ran = workshop.run(&[&[command, "smoke.toml"], &outside[..]].concat()).expect(2);
+        assert!(ran.stderr.contains("lateral offset 0.400 m") && ran.stderr.contains("outside the duct"), "{}", ran.stderr);
+        assert!(!ran.stderr.contains("Pose"), "{}", ran.stderr);
+    }
     // And a study is no scenario.
     let ran = workshop.run(&["run", "smoke.toml"]).expect(2);
     assert!(ran.stderr.contains("ductloop accuracy FILE"), "{}", ran.stderr);
