@@ -102,7 +102,7 @@ impl Scenario {
     /// # Errors
     /// Every error found, in the order of the texts; no file is one, too.
     pub fn read_rig(paths: &[impl AsRef<Path>]) -> Result<Self, Diagnostics> {
-        Self::rig(typed::Typed::of_files(paths))
+        Self::rig(typed::Typed::of_files(paths, rig_file::prepare))
     }
 
     /// The same from a text; errors name it `rig`.
@@ -114,7 +114,7 @@ impl Scenario {
     }
 
     fn rig(mut typed: typed::Typed) -> Result<Self, Diagnostics> {
-        if rig_file::is_whole(&typed) {
+        if rig_file::is_whole(&typed.root) {
             return resolve::resolve(&typed);
         }
         rig_file::complete(&mut typed);

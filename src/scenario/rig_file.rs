@@ -42,8 +42,15 @@ growth_mrad = 4.0
 "#;
 
 /// Whether a file says that it is a scenario, or another whole thing.
-pub(super) fn is_whole(typed: &Typed) -> bool {
-    [fields::KIND, fields::FORMAT].iter().any(|key| typed.root.get(key).is_some())
+pub(super) fn is_whole(root: &Table) -> bool {
+    [fields::KIND, fields::FORMAT].iter().any(|key| root.get(key).is_some())
+}
+
+/// Brings the tables of a rig's file to where a scenario has them; a scenario's are there.
+pub(super) fn prepare(root: &mut Table) {
+    if !is_whole(root) {
+        gather(root);
+    }
 }
 
 /// Makes a scenario of a rig's file, as far as [`super::resolve`] needs one.
@@ -167,6 +174,10 @@ pan_deg = -50.0
         let names: Vec<_> = rig.lasers.iter().map(|laser| laser.name.as_str()).collect();
         assert_eq!((names, rig.mount.roll_rad), (vec!["right", "left"], 90.0_f64.to_radians()));
         assert_eq!(rig.camera, Scenario::rig_from_toml_str(TOP).expect("a rig").rig.camera);
+        // A later file counts, whichever form either has.
+        let shorter = write("shorter.toml", "[camera]\nfocal_px = 900.0\n[laser.right]\noffset_m = 0.05\n");
+        let rig = Scenario::read_rig(&[&camera, &right, &shorter]).expect("a rig").rig;
+        assert_eq!((rig.camera.focal_px, rig.lasers[0].offset_m), ([900.0; 2], 0.05));
         // What is wrong is told of the file where it stands; without a camera there is none.
         let wrong = write("wrong.toml", "[laser.left]\nnormal = [0.74444940, -0.60260520, 0.28751011]\noffset_m = 0.0002\n");
         let errors = Scenario::read_rig(&[&camera, &wrong]).expect_err("refused").0;

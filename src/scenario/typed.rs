@@ -33,11 +33,16 @@ impl Typed {
         typed
     }
 
-    /// From files, each laid over those before it.
-    pub(super) fn of_files(paths: &[impl AsRef<Path>]) -> Self {
+    /// From files, each prepared by itself and laid over those before it.
+    pub(super) fn of_files(paths: &[impl AsRef<Path>], prepare: fn(&mut Table)) -> Self {
         let mut typed = Self::default();
         for path in paths.iter().map(AsRef::as_ref) {
+            let mut file = Table::default();
+            std::mem::swap(&mut typed.root, &mut file);
             typed.lay_file(path.display().to_string(), path);
+            std::mem::swap(&mut typed.root, &mut file);
+            prepare(&mut file);
+            typed.root.merge(file);
         }
         typed
     }
