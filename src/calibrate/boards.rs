@@ -243,8 +243,8 @@ impl Found {
     pub fn to_toml(&self) -> String {
         let table = laser_table(&self.laser, &self.plane.normal, self.plane.offset_mm);
         format!(
-            "# A laser's plane fitted by `ductloop calibrate --boards`, in the camera's frame: lay it over a scenario by `--with`, or read\n\
-             # pictures by `perceive --rig`, behind an --rig each for the files of other lasers.\n\
+            "# A laser's plane fitted by `ductloop calibrate --boards`, in the camera's frame: lay it over a scenario by\n\
+             # `--with`, or read pictures by `perceive --rig`, behind an --rig each for the files of other lasers.\n\
              # How the camera stands on a robot, boards do not tell: roll_deg, position_in_base_m.\n{}{table}",
             camera_table(&self.camera)
         )

@@ -1,6 +1,7 @@
 //! Regions of interest: of one for all pictures, or of a table with a row for each.
 //!
-//! A table is CSV as all of this project's are ([`ductloop::calibrate::table`]). `file` is the picture's name, without its folders; each column whose name ends in `_u` is a corner's, with the one of the same name and `_v`. Other columns are left alone.
+//! A table is CSV as all of this project's are ([`ductloop::calibrate::table`]). `file` is the picture's name, without its
+//! folders; each column whose name ends in `_u` is a corner's, with the one of the same name and `_v`. Other columns are left alone.
 
 use std::collections::BTreeMap;
 use std::path::Path;
