@@ -18,6 +18,8 @@
 
 pub mod accuracy;
 #[cfg(feature = "cli")]
+pub mod bounded_file;
+#[cfg(feature = "cli")]
 pub mod calibrate;
 #[cfg(feature = "cli")]
 mod canvas;

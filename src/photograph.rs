@@ -5,8 +5,12 @@ use std::io::Cursor;
 
 use ductloop_nav::messages::Frame;
 use ductloop_nav::perception::ridge::Region;
-use image::{DynamicImage, ImageError, ImageReader, Limits};
+use image::{DynamicImage, ImageError, ImageFormat, ImageReader, Limits};
 
+mod whole_jpeg;
+
+/// Most bytes of a picture's file.
+pub const LARGEST_BYTES: u64 = 512 << 20;
 /// Most columns and rows of a picture, as of a rig's camera.
 pub const LARGEST_PX: usize = 8192;
 
@@ -51,6 +55,9 @@ pub enum PhotographError {
     /// It is neither a PNG nor a JPEG, or a broken one.
     #[error("cannot be read as PNG or JPEG: {0}")]
     Picture(#[from] ImageError),
+    /// A JPEG whose end is missing. Decoders fill in grey for what is not there.
+    #[error("cut short: the end of the JPEG is missing")]
+    CutShort,
     /// It has no colours.
     #[error("the picture is grey: it has no `{0}`")]
     Grey(&'static str),
@@ -107,7 +114,11 @@ impl Photograph {
         let mut limits = Limits::default();
         (limits.max_image_width, limits.max_image_height) = (Some(LARGEST_PX as u32), Some(LARGEST_PX as u32));
         reader.limits(limits);
+        let is_jpeg = reader.format() == Some(ImageFormat::Jpeg);
         let picture = reader.decode()?;
+        if is_jpeg && !whole_jpeg::has_end(bytes) {
+            return Err(PhotographError::CutShort);
+        }
         let (width_px, height_px) = (picture.width() as usize, picture.height() as usize);
         if channel.excess_of().is_some() && !picture.color().has_color() {
             return Err(PhotographError::Grey(channel.word()));
@@ -300,6 +311,20 @@ mod tests {
         // A region beside the picture leaves nothing.
         photograph.keep_only(&Region::rectangle([100.0, 5.0], [120.0, 12.0]).expect("finite"));
         assert!(values(&photograph).iter().all(|value| *value == 35));
+    }
+
+    /// Half a JPEG decodes, the rest of it grey.
+    #[test]
+    fn a_jpeg_that_is_cut_short_is_refused() {
+        let mut whole = Vec::new();
+        let picture = ImageBuffer::from_fn(160, 120, |x, y| Luma([(x * y % 251) as u8]));
+        DynamicImage::from(picture).write_with_encoder(JpegEncoder::new(&mut whole)).expect("a JPEG");
+        assert!(Photograph::decode(&whole, Channel::Grey, None).is_ok());
+        // A quarter of the file is its header.
+        for percent in [50, 80, 99] {
+            let cut = Photograph::decode(&whole[..whole.len() * percent / 100], Channel::Grey, None);
+            assert!(matches!(cut, Err(PhotographError::CutShort | PhotographError::Picture(_))), "{percent}: {cut:?}");
+        }
     }
 
     /// A header may promise more than there is memory.

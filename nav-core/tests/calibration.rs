@@ -260,7 +260,7 @@ fn boards_that_leave_the_plane_open_are_refused() {
     let lens = Lens::new(&camera(600.0, 0.0));
     let plane = (Vector3::new(0.05, 0.98, -0.19).normalize(), 39.0);
     let (board, centres) = boards(plane, &lens, &TILTS[..1]);
-    assert_eq!(BoardsPlane::of(&lens, &board, &centres), Err(BoardsError::OneLine));
+    assert_eq!(BoardsPlane::of(&lens, &board, &centres), Err(BoardsError::OneBoard));
     assert_eq!(BoardsPlane::of(&lens, &board, &centres[..2]), Err(BoardsError::TooFew(2)));
     let wild = [&centres[..5], &[BoardCentre { pixel_px: [f64::NAN, 1.0], ..centres[0] }]].concat();
     assert_eq!(BoardsPlane::of(&lens, &board, &wild), Err(BoardsError::NotFinite(5)));
@@ -271,4 +271,49 @@ fn boards_that_leave_the_plane_open_are_refused() {
     let through = (plane.0, 0.2);
     let (many, centres) = boards(through, &lens, &TILTS);
     assert!(matches!(BoardsPlane::of(&lens, &many, &centres), Err(BoardsError::ThroughCamera(_))));
+}
+
+/// A stripe that is not quite straight has its points on the board's plane to the last digit: this is not the laser's.
+#[test]
+fn noise_is_not_taken_for_a_plane() {
+    let lens = Lens::new(&camera(600.0, -0.2));
+    let plane = (Vector3::new(0.05, 0.98, -0.19).normalize(), 39.0);
+    let shaken = |mut centres: Vec<BoardCentre>, sigma_px: f64| {
+        for (index, centre) in centres.iter_mut().enumerate() {
+            centre.pixel_px[1] += sigma_px * noise(index as u64);
+        }
+        centres
+    };
+    let (one, centres) = boards(plane, &lens, &TILTS[..1]);
+    let centres = shaken(centres, 0.2);
+    assert_eq!(BoardsPlane::of(&lens, &one, &centres), Err(BoardsError::OneBoard));
+    // The same board photographed twice.
+    let again = centres.iter().map(|centre| BoardCentre {
+        board: 1,
+        pixel_px: [centre.pixel_px[0] + 0.3, centre.pixel_px[1]],
+        ..*centre
+    });
+    let twice: Vec<_> = centres.iter().copied().chain(again).collect();
+    assert_eq!(BoardsPlane::of(&lens, &[one[0], one[0]], &twice), Err(BoardsError::OneBoard));
+    // Boards turned about one line of the laser's plane meet it nowhere else, whatever the centres state.
+    let (foot, direction) = (plane.0 * plane.1 + plane.0.cross(&Vector3::x()).normalize() * 480.0, Vector3::x());
+    let direction = (direction - plane.0 * plane.0.dot(&direction)).normalize();
+    let foot = if foot.z > 0.0 { foot } else { plane.0 * plane.1 * 2.0 - foot };
+    for sigma_px in [1.0, 0.01] {
+        let (mut about, mut centres) = (Vec::new(), Vec::new());
+        for (board, lean) in [-0.4, 0.0, 0.3, 0.6].into_iter().enumerate() {
+            let normal = Unit::new_normalize(direction.cross(&(Vector3::y() + Vector3::z() * lean)));
+            about.push(Board { normal, distance_mm: normal.dot(&foot) });
+            for step in -60..60 {
+                let [u, v] = lens.pixel(&(foot + direction * f64::from(step) * 2.0));
+                centres.push(BoardCentre { board, pixel_px: [u, v], sigma_px });
+            }
+        }
+        let found = BoardsPlane::of(&lens, &about, &shaken(centres, 1.0));
+        assert!(matches!(found, Err(BoardsError::Noise { .. })), "{found:?}");
+    }
+    // Two boards, and a pixel of noise: a plane, if not a good one.
+    let (two, centres) = boards(plane, &lens, &[TILTS[0], TILTS[4]]);
+    let found = BoardsPlane::of(&lens, &two, &shaken(centres, 1.0)).expect("a plane");
+    assert!((found.offset_mm - 39.0).abs() < 4.0 * found.covariance.matrix[(2, 2)].sqrt(), "{found:?}");
 }

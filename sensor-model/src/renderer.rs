@@ -243,7 +243,7 @@ impl View {
 
 impl RenderError {
     /// The error that names the pose of a camera which cannot be there.
-    pub(crate) fn standpoint(obstacle: Obstacle, world_from_camera: &Transform) -> Self {
+    pub fn standpoint(obstacle: Obstacle, world_from_camera: &Transform) -> Self {
         let position_m = world_from_camera.translation.vector.into();
         let direction = (world_from_camera.rotation * Vector3::z()).into();
         match obstacle {

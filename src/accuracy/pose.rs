@@ -1,5 +1,7 @@
 //! Where the robot stands in each frame.
 
+use std::fmt;
+
 use ductloop_duct::Transform;
 use ductloop_duct::centreline::Centreline;
 use ductloop_nav::angle::rotation_about_z;
@@ -70,6 +72,17 @@ impl Pose {
         let beside = Translation3::from(Vector3::new(0.0, self.lateral_m, 0.0));
         let turned = rotation_about_z(self.heading_rad);
         centreline.pose_at(self.distance_m) * Transform::from_parts(beside, turned.into())
+    }
+}
+
+impl fmt::Display for Pose {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { distance_m, lateral_m, heading_rad, width_m } = self;
+        let heading_deg = heading_rad.to_degrees();
+        write!(
+            f,
+            "distance {distance_m:.3} m, lateral offset {lateral_m:.3} m, heading {heading_deg:.2} deg, duct {width_m:.3} m wide"
+        )
     }
 }
 

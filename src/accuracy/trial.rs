@@ -40,7 +40,7 @@ pub struct Reading {
 
 /// Why a frame could not be made.
 #[derive(Debug, thiserror::Error)]
-#[error("pose {index} of cell {cell} ({pose:?}): {error}")]
+#[error("pose {index} of cell {cell} ({pose}): {error}")]
 pub struct TrialError {
     /// Cell of the grid.
     pub cell: usize,

@@ -9,6 +9,7 @@ use ductloop_nav::rig::Camera;
 use nalgebra::{Unit, Vector3};
 use serde_json::{Value, json};
 
+use super::camera::camera_table;
 use super::model::laser_table;
 use super::table::Table;
 use crate::scenario::{Diagnostic, Diagnostics};
@@ -177,7 +178,11 @@ impl Centres {
             BoardsError::Misses { centre, .. } => {
                 at(*centre, "the ray of this centre does not meet its board in front of the camera".into())
             }
-            BoardsError::TooFew(_) | BoardsError::OneLine | BoardsError::ThroughCamera(_) => {
+            BoardsError::TooFew(_)
+            | BoardsError::OneBoard
+            | BoardsError::OneLine
+            | BoardsError::Noise { .. }
+            | BoardsError::ThroughCamera(_) => {
                 let tables = self.tables.iter().map(Table::file).collect::<Vec<_>>().join(", ");
                 let file = if tables.is_empty() { "stripe centres".into() } else { tables };
                 let outside =
@@ -195,6 +200,7 @@ pub struct Found {
     pub plane: BoardsPlane,
     /// The laser's name.
     pub laser: String,
+    camera: Camera,
     files: Vec<String>,
     centres: Centres,
 }
@@ -207,7 +213,7 @@ impl Found {
     pub fn fit(camera: &Camera, boards: Boards, centres: Centres, laser: &str) -> Result<Self, Diagnostics> {
         let plane =
             BoardsPlane::of(&Lens::new(camera), &boards.planes, &centres.on_boards).map_err(|error| centres.why_not(&error))?;
-        Ok(Self { plane, laser: laser.to_owned(), files: boards.files, centres })
+        Ok(Self { plane, laser: laser.to_owned(), camera: camera.clone(), files: boards.files, centres })
     }
 
     /// RMS distance from the plane, in millimetres and in pixels, and how many: of the centres that count, on one board or on all.
@@ -232,10 +238,16 @@ impl Found {
         (covariance[(2, 2)].max(0.0).sqrt(), turns.symmetric_eigenvalues().max().max(0.0).sqrt())
     }
 
-    /// The plane as a file for `--with`.
+    /// The plane as a file for `--with` and for `perceive --rig`, with the camera that it was found by: in another's frame it means
+    /// nothing.
     pub fn to_toml(&self) -> String {
         let table = laser_table(&self.laser, &self.plane.normal, self.plane.offset_mm);
-        format!("# A laser's plane fitted by `ductloop calibrate --boards`, in the camera's frame.\n{}", table.trim_start())
+        format!(
+            "# A laser's plane fitted by `ductloop calibrate --boards`, in the camera's frame: lay it over a scenario by\n\
+             # `--with`, or read pictures by `perceive --rig`, behind an --rig each for the files of other lasers.\n\
+             # How the camera stands on a robot, boards do not tell: roll_deg, position_in_base_m.\n{}{table}",
+            camera_table(&self.camera)
+        )
     }
 
     /// As JSON.
@@ -244,7 +256,9 @@ impl Found {
         let board = |(board, file): (usize, &String)| {
             let (rms_mm, rms_px, used) = self.rms(Some(board));
             let all = self.centres.on_boards.iter().filter(|centre| centre.board == board).count();
-            json!({"file": file, "centres": all, "used": used, "rms_mm": rms_mm, "rms_px": rms_px})
+            // What no centre tells is not nought.
+            let of_some = |rms: f64| (used > 0).then_some(rms);
+            json!({"file": file, "centres": all, "used": used, "rms_mm": of_some(rms_mm), "rms_px": of_some(rms_px)})
         };
         let (rms_mm, rms_px, used) = self.rms(None);
         let (offset_mm, normal_rad) = self.sigma();
@@ -285,7 +299,11 @@ impl Found {
         for (board, file) in self.files.iter().enumerate() {
             let all = self.centres.on_boards.iter().filter(|centre| centre.board == board).count();
             let (mm, px, used) = self.rms(Some(board));
-            writeln!(out, "{file:<16} {all:>7} {used:>7} {mm:>10.3} {px:>10.3}")?;
+            if used == 0 {
+                writeln!(out, "{file:<16} {all:>7} {used:>7} {:>10} {:>10}", "-", "-")?;
+            } else {
+                writeln!(out, "{file:<16} {all:>7} {used:>7} {mm:>10.3} {px:>10.3}")?;
+            }
         }
         let (mm, px, used) = self.rms(None);
         let all = self.centres.on_boards.len();

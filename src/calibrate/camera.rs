@@ -6,7 +6,11 @@ use ductloop_nav::rig::{Camera, Distortion};
 use serde::Deserialize;
 
 use super::places;
+use crate::bounded_file;
 use crate::scenario::{Diagnostic, Diagnostics};
+
+/// Largest file that is read, as of scenarios.
+pub(super) const MOST_BYTES: u64 = 8 << 20;
 
 /// INCRA I's camera, an 8 mm lens on 7.4 um pixels, as `presets/sensor/incra1.toml` has it.
 pub fn incra1() -> Camera {
@@ -53,7 +57,7 @@ enum Focal {
 /// What is wrong, with its place.
 pub fn read(path: &Path) -> Result<Camera, Diagnostics> {
     let file = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|error| whole(&file, format!("cannot be read: {error}")))?;
+    let text = bounded_file::read_text(path, MOST_BYTES).map_err(|error| whole(&file, format!("cannot be read: {error}")))?;
     parse(&file, &text)
 }
 
@@ -96,6 +100,17 @@ pub fn parse(file: &str, text: &str) -> Result<Camera, Diagnostics> {
     wrong.map_or(Ok(camera), |message| Err(whole(file, message.into())))
 }
 
+/// A camera as `[sensor.camera]`: how it is mounted is left out.
+pub(super) fn camera_table(camera: &Camera) -> String {
+    let Camera { width_px, height_px, focal_px: [along_u, along_v], centre_px: [u0, v0], distortion: d } = camera;
+    let focal = if along_u == along_v { format!("{along_u:?}") } else { format!("[{along_u:?}, {along_v:?}]") };
+    format!(
+        "[sensor.camera]\nwidth_px = {width_px}\nheight_px = {height_px}\nfocal_px = {focal}\ncentre_px = [{u0:?}, {v0:?}]\n\
+         distortion = [{:?}, {:?}, {:?}, {:?}, {:?}]\n",
+        d.k1, d.k2, d.p1, d.p2, d.k3
+    )
+}
+
 fn whole(file: &str, message: String) -> Diagnostics {
     Diagnostics(vec![Diagnostic { file: file.to_owned(), place: None, message, help: None }])
 }
@@ -110,6 +125,7 @@ mod tests {
         let plain = "[camera]\nwidth_px = 640\nheight_px = 480\nfocal_px = [514.4, 685.9]\ncentre_px = [329.8, 237.7]\n";
         let lens = format!("{plain}distortion = [-0.35, 0.158, 7e-4, -2e-4, 0.0]\n");
         let camera = parse("c.toml", &lens).expect("a camera");
+        assert_eq!(parse("c.toml", &camera_table(&camera)).as_ref(), Ok(&camera));
         assert_eq!((camera.focal_px, camera.distortion.k1, camera.distortion.p2), ([514.4, 685.9], -0.35, -2e-4));
     }
 

@@ -9,6 +9,7 @@ use ductloop_nav::rig::Camera;
 use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
 
+use super::camera::camera_table;
 use super::points::Points;
 use crate::scenario::{Diagnostic, Diagnostics};
 
@@ -54,21 +55,13 @@ impl Fitted {
 
     /// The rig as a file for `--with`: camera and lasers under `[sensor]`.
     pub fn to_toml(&self) -> String {
-        let camera = &self.rig.camera;
-        let ([focal, _], [u0, v0], d) = (camera.focal_px, camera.centre_px, camera.distortion);
         let (turn, shift) = (self.rig.rotation.scaled_axis(), self.rig.translation_mm);
         let mut out = format!(
-            "# A rig fitted by `ductloop calibrate --model`: lay it over a scenario by `--with`.\n\
+            "# A rig fitted by `ductloop calibrate --model`: lay it over a scenario by `--with`, or read pictures by `perceive --rig`.\n\
+             # How the camera stands on a robot, points of a gauge do not tell: roll_deg, position_in_base_m.\n\
              # Gauge frame: p_camera_mm = Rot({turn}) p_gauge_mm + {shift}, the turn as axis times angle in rad.\n\
-             [sensor.camera]\nwidth_px = {}\nheight_px = {}\nfocal_px = {focal:?}\ncentre_px = [{u0:?}, {v0:?}]\n\
-             distortion = [{:?}, {:?}, {:?}, {:?}, {:?}]\n",
-            camera.width_px,
-            camera.height_px,
-            d.k1,
-            d.k2,
-            d.p1,
-            d.p2,
-            d.k3,
+             {}",
+            camera_table(&self.rig.camera),
             turn = list(&turn),
             shift = list(&shift),
         );

@@ -7,7 +7,8 @@ use ductloop_nav::perception::ridge::{Region, Ridge, RidgeParams};
 use ductloop_nav::rig::Camera;
 
 use super::boards::{Boards, base_name};
-use crate::photograph::{Channel, Photograph};
+use crate::bounded_file;
+use crate::photograph::{Channel, LARGEST_BYTES, Photograph};
 use crate::scenario::{Diagnostic, Diagnostics};
 
 /// The centres of a picture's stripes, inside its board's corners where they are known.
@@ -26,7 +27,7 @@ pub fn centres_of_image(
     let Some(board) = boards.files.iter().position(|known| *known == base_name(&file)) else {
         return Err(wrong("no board is known of this picture".into(), Some(format!("boards of: {}", boards.files.join(", ")))));
     };
-    let bytes = std::fs::read(path).map_err(|error| wrong(format!("cannot be read: {error}"), None))?;
+    let bytes = bounded_file::read(path, LARGEST_BYTES).map_err(|error| wrong(format!("cannot be read: {error}"), None))?;
     let picture = Photograph::decode(&bytes, channel, None).map_err(|error| wrong(error.to_string(), None))?;
     let ([width, height], wanted) = (picture.size_px(), [camera.width_px, camera.height_px]);
     if [width, height] != wanted {

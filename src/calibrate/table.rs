@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
+use crate::bounded_file;
 use crate::scenario::{Diagnostic, Diagnostics, Place, shown};
 
 /// A table as it stands in a file.
@@ -34,7 +35,7 @@ struct Cell {
 /// Most errors told of one file: after so many a person has seen what is wrong.
 const TOLD: usize = 20;
 /// Largest file, in bytes: half a million points.
-const MOST_BYTES: usize = 64 << 20;
+const MOST_BYTES: u64 = 64 << 20;
 
 impl Table {
     /// Reads a file.
@@ -44,10 +45,10 @@ impl Table {
     pub fn read(path: &Path) -> Result<Self, Diagnostics> {
         let file = path.display().to_string();
         let whole = |message: String| Diagnostics(vec![of_file(&file, message, None)]);
-        let bytes = std::fs::read(path).map_err(|error| whole(format!("cannot be read: {error}")))?;
-        if bytes.len() > MOST_BYTES {
-            return Err(whole(format!("is larger than {} MiB: hardly a table of points", MOST_BYTES >> 20)));
-        }
+        let bytes = bounded_file::read(path, MOST_BYTES).map_err(|error| {
+            let help = Some("check the name of the file".into());
+            Diagnostics(vec![of_file(&file, format!("cannot be read: {error}"), help)])
+        })?;
         match String::from_utf8(bytes) {
             Ok(text) => Self::parse(&file, &text),
             Err(error) => {
@@ -126,9 +127,14 @@ impl Table {
         self.rows[row].number
     }
 
+    /// Names of the columns.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.names.cells.iter().map(|cell| cell.text.as_str())
+    }
+
     /// Whether there is such a column.
     pub fn has(&self, name: &str) -> bool {
-        self.names.cells.iter().any(|cell| cell.text == name)
+        self.names().any(|known| known == name)
     }
 
     /// The numbers of these columns, row by row.
@@ -164,6 +170,11 @@ impl Table {
     pub fn error(&self, row: usize, message: String, help: Option<String>) -> Diagnostic {
         let row = &self.rows[row];
         row.error(&self.file, 0..row.text.len(), message, help)
+    }
+
+    /// An error about the line of names.
+    pub fn error_of_names(&self, message: String, help: Option<String>) -> Diagnostic {
+        self.names.error(&self.file, 0..self.names.text.len(), message, help)
     }
 
     /// An error about the file as a whole.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use ductloop::Verdict;
 use ductloop::accuracy::verdict::{self, Miss};
-use ductloop::accuracy::{Trials, again, carry_out};
+use ductloop::accuracy::{TrialError, Trials, again, all_stand, carry_out};
 use ductloop::engine::Threads;
 use ductloop::output::{FolderError, Manifest, RunFolder, folder_name};
 use ductloop::report;
@@ -61,9 +61,8 @@ const LIBRARY: &str = "scenarios/studies";
 /// A file that is wrong, a folder that cannot be written, a pose at which there is no image.
 pub(crate) fn command(args: &AccuracyArgs) -> Result<u8, Problem> {
     let path = find(&args.input);
-    let overlays = args.overlay.overlays();
-    let changed = overlays != Default::default();
-    let file = AccuracyFile::read(&path, &overlays).map_err(|wrong| Problem::in_files(vec![args.overlay.as_typed(wrong)]))?;
+    let changed = args.overlay.overlays() != Default::default();
+    let file = read(&path, &args.overlay)?;
     destination::folder("--out", &args.out)?;
     let toml = file.to_toml();
     let folder = RunFolder::prepare(&args.out, &folder_name(&file.name, changed, file.seed, &toml), &toml, args.force).map_err(
@@ -99,6 +98,28 @@ pub(crate) fn command(args: &AccuracyArgs) -> Result<u8, Problem> {
     Ok(if misses.is_empty() { Verdict::Pass } else { Verdict::Fail }.exit_code())
 }
 
+/// Reads a study, and makes sure that all of its poses can be rendered.
+///
+/// # Errors
+/// Everything that is wrong with the file, an argument that has no meaning here, the first pose outside the duct.
+pub(super) fn read(path: &Path, overlay: &OverlayArgs) -> Result<AccuracyFile, Problem> {
+    if let Some(pipeline) = &overlay.perception {
+        let message = "a study says itself which pipelines read its frames, several of them";
+        return Err(Problem::new(Problem::WRONG_INPUT, message)
+            .about(format!("--perception {pipeline}"))
+            .help(format!("`--set 'pipelines=[\"{pipeline}\"]'` has this one alone read them")));
+    }
+    let file = AccuracyFile::read(path, &overlay.overlays()).map_err(|wrong| Problem::in_files(vec![overlay.as_typed(wrong)]))?;
+    all_stand(&file).map_err(|error| cannot_stand(&error, path))?;
+    Ok(file)
+}
+
+fn cannot_stand(error: &TrialError, path: &Path) -> Problem {
+    Problem::new(Problem::WRONG_INPUT, error.to_string())
+        .about(path.display().to_string())
+        .help("`[poses]`, `[start]` and `[grid]` say where the camera is; it must stand inside the duct")
+}
+
 /// The file that the input names.
 fn find(input: &Path) -> PathBuf {
     let named = Path::new(LIBRARY).join(input).with_extension("toml");
@@ -118,11 +139,7 @@ fn measure(file: &AccuracyFile, threads: usize, quiet: bool, path: &Path) -> Res
         if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     bar.finish_and_clear();
-    result.map_err(|error| {
-        Problem::new(Problem::WRONG_INPUT, error.to_string())
-            .about(path.display().to_string())
-            .help("`[poses]`, `[start]` and `[grid]` say where the camera is; it must stand inside the duct")
-    })
+    result.map_err(|error| cannot_stand(&error, path))
 }
 
 /// The document: figures of all, and of each cell.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::{ArgGroup, Args, ValueEnum};
 use ductloop::calibrate::boards::{Boards, Centres, Found};
 use ductloop::calibrate::gauge::figure;
 use ductloop::calibrate::gauge::file::GaugeFile;
@@ -25,7 +25,7 @@ use super::streams::{note, print, print_json};
 
 /// What may be typed behind `calibrate`.
 #[derive(Args, Debug)]
-#[command(after_help = "\
+#[command(group(ArgGroup::new("with_camera").args(["model", "boards"]).multiple(true)), after_help = "\
 Examples:
   ductloop calibrate right.csv                                 equation 14: the matrix T of one laser, and how well it is known
   ductloop calibrate right.csv --out T.csv                     the same, written as a table
@@ -42,7 +42,7 @@ BOARDS.csv names pictures: file,n_x,n_y,n_z,d_mm, the board's plane n . x = d in
 corners, if known. Behind --boards stand these pictures, PNG or JPEG, or tables (*.csv) of stripe centres found in them:
 file,u_px,v_px and, if it is known, sigma_px.
 
-What --model and --boards write is laid over a scenario by `--with`.")]
+What --model and --boards write is laid over a scenario by `--with`, and is a rig for `perceive --rig`.")]
 pub(crate) struct CalibrateArgs {
     /// Table of pixels and positions of one laser; with --boards, pictures of a stripe, or tables of its centres
     #[arg(required_unless_present = "gauge", value_name = "POINTS.csv")]
@@ -60,19 +60,19 @@ pub(crate) struct CalibrateArgs {
     #[arg(long, value_name = "BOARDS.csv", requires = "camera")]
     pub(crate) boards: Option<PathBuf>,
     /// What of a coloured picture is read, with --boards: grey, red, green, blue, or red-excess, green-excess, blue-excess
-    #[arg(long, value_name = "CHANNEL", default_value = "grey", value_parser = super::perceive::channel)]
+    #[arg(long, value_name = "CHANNEL", default_value = "grey", requires = "boards", value_parser = super::perceive::channel)]
     pub(crate) channel: Channel,
     /// File with the camera, in [sensor.camera] or [camera]; --model starts from INCRA I's if there is none
-    #[arg(long, value_name = "CAMERA.toml")]
+    #[arg(long, value_name = "CAMERA.toml", requires = "with_camera")]
     pub(crate) camera: Option<PathBuf>,
     /// What --model may change of the camera
     #[arg(long, value_enum, value_name = "WHAT[,…]", value_delimiter = ',', requires = "model")]
     pub(crate) free: Vec<Freed>,
     /// Standard deviation of a pixel, for --model
-    #[arg(long, value_name = "PX", default_value_t = 1.0, allow_negative_numbers = true, value_parser = positive)]
+    #[arg(long, value_name = "PX", default_value_t = 1.0, requires = "model", allow_negative_numbers = true, value_parser = positive)]
     pub(crate) sigma_px: f64,
     /// Standard deviation of a position, for --model
-    #[arg(long, value_name = "MM", default_value_t = 0.5, allow_negative_numbers = true, value_parser = positive)]
+    #[arg(long, value_name = "MM", default_value_t = 0.5, requires = "model", allow_negative_numbers = true, value_parser = positive)]
     pub(crate) sigma_mm: f64,
     /// The laser's name: which T of the file of --apply, and how it is written
     #[arg(long, value_name = "NAME", conflicts_with = "model")]
@@ -106,6 +106,9 @@ pub(crate) enum Freed {
 pub(crate) fn command(args: &CalibrateArgs) -> Result<u8, Problem> {
     if let Some(out) = &args.out {
         destination::file("--out", out)?;
+        let CalibrateArgs { inputs, apply, model, boards, camera, gauge, .. } = args;
+        let read = inputs.iter().chain(model).chain(apply).chain(boards).chain(camera).chain(gauge);
+        destination::is_no_input("--out", out, read)?;
     }
     if let Some(gauge) = &args.gauge {
         return of_gauge(args, gauge);

@@ -2,29 +2,36 @@
 
 use std::path::{Path, PathBuf};
 
-use ductloop::scenario::FileKind;
-use ductloop::scenario::accuracy_file::AccuracyFile;
+use ductloop::calibrate::gauge::file::GaugeFile;
+use ductloop::scenario::{FileKind, Overlays};
 use serde_json::{Value, json};
 
 use super::args::CheckArgs;
-use super::inputs;
 use super::problem::{Problem, Problems};
 use super::streams::{print, print_json};
 use super::warnings::{self, Warning};
+use super::{accuracy, inputs};
 
 /// Carries it out.
 ///
 /// # Errors
 /// Everything that is wrong with any of the files.
 pub(crate) fn command(args: &CheckArgs) -> Result<u8, Problem> {
-    // An accuracy study that is named is checked as what it is; folders leave studies alone.
-    let is_accuracy = |input: &&PathBuf| input.is_file() && inputs::kind(input) == Some(FileKind::Accuracy);
-    let (studies, scenarios): (Vec<&PathBuf>, Vec<&PathBuf>) = args.inputs.iter().partition(is_accuracy);
-    let scenarios: Vec<PathBuf> = scenarios.into_iter().cloned().collect();
+    // Studies and gauges that are named are checked as what they are; folders leave them alone.
+    let kind = |input: &PathBuf| if input.is_file() { inputs::kind(input) } else { None };
+    let mut scenarios = Vec::new();
     let mut problems = Problems::default();
     let mut rows = Vec::new();
-    for study in studies {
-        match self::study(study, args) {
+    for input in &args.inputs {
+        let row = match kind(input) {
+            Some(FileKind::Accuracy) => study(input, args),
+            Some(FileKind::Gauge) => gauge(input, args),
+            _ => {
+                scenarios.push(input.clone());
+                continue;
+            }
+        };
+        match row {
             Ok(row) => rows.push(row),
             Err(problem) => problems.note(problem),
         }
@@ -62,9 +69,7 @@ pub(crate) fn command(args: &CheckArgs) -> Result<u8, Problem> {
 
 /// An accuracy study: its row of the document.
 fn study(file: &Path, args: &CheckArgs) -> Result<Value, Problem> {
-    let overlay = &args.overlay;
-    let study =
-        AccuracyFile::read(file, &overlay.overlays()).map_err(|wrong| Problem::in_files(vec![overlay.as_typed(wrong)]))?;
+    let study = accuracy::read(file, &args.overlay)?;
     let (cells, poses) = (study.cells.len(), study.poses.count * study.cells.len() as u64);
     if !args.quiet && !args.json {
         let about = if study.about.is_empty() { String::new() } else { format!(": {}", study.about) };
@@ -74,5 +79,23 @@ fn study(file: &Path, args: &CheckArgs) -> Result<Value, Problem> {
     Ok(json!({
         "file": file.display().to_string(), "accuracy": study.name, "cells": cells, "poses": poses, "bounds": study.pass.len(),
         "warnings": [],
+    }))
+}
+
+/// An experiment with a gauge: its row of the document.
+fn gauge(file: &Path, args: &CheckArgs) -> Result<Value, Problem> {
+    if args.overlay.overlays() != Overlays::default() {
+        let message = "nothing can be laid over an experiment with a gauge";
+        let problem = Problem::new(Problem::WRONG_INPUT, message).about(file.display().to_string());
+        return Err(problem.help("check it by itself"));
+    }
+    let GaugeFile { scenario, gauge } = GaugeFile::read(file).map_err(|wrong| Problem::in_files(vec![wrong]))?;
+    let (lasers, points) = (gauge.laser.len(), gauge.laser.iter().map(|laser| laser.points_mm.len()).sum::<usize>());
+    if !args.quiet && !args.json {
+        let (file, name, seed) = (file.display(), &scenario.name, scenario.seed);
+        print(&format!("{file}: ok, `{name}`: an experiment with a gauge\n  lasers: {lasers}, points: {points}, seed: {seed}"))?;
+    }
+    Ok(json!({
+        "file": file.display().to_string(), "gauge": scenario.name, "lasers": lasers, "points": points, "warnings": [],
     }))
 }

@@ -1,6 +1,6 @@
 //! Where results go, looked at before anything runs.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use ductloop::output::{FileError, try_whole};
 
@@ -19,6 +19,10 @@ pub(crate) fn folder(option: &str, path: &Path) -> Result<(), Problem> {
 /// # Errors
 /// Where it cannot.
 pub(crate) fn file(option: &str, path: &Path) -> Result<(), Problem> {
+    let bytes = path.as_os_str().as_encoded_bytes();
+    if bytes.ends_with(b"/") || bytes.ends_with(b"/.") || (cfg!(windows) && bytes.ends_with(b"\\")) {
+        return Err(wrong(option, path, "this is the name of a folder".into()).help("name a file in it"));
+    }
     path.parent().map_or(Ok(()), way_is_clear).map_err(|message| refused(option, path, message))?;
     try_whole(path).map_err(|error| match error {
         FileError::NotAFile(_) if path.is_dir() => wrong(option, path, error.to_string()).help("name a file in it"),
@@ -26,6 +30,18 @@ pub(crate) fn file(option: &str, path: &Path) -> Result<(), Problem> {
             .help("name a regular file, or one that is not there yet; what it then holds can be passed on"),
         FileError::System(_) => refused(option, path, error.to_string()),
     })
+}
+
+/// Makes sure that a file which is to be written is none of those that are read.
+///
+/// # Errors
+/// Where it is one, by whatever name or link.
+pub(crate) fn is_no_input<'p>(option: &str, path: &Path, mut inputs: impl Iterator<Item = &'p PathBuf>) -> Result<(), Problem> {
+    let Ok(place) = path.canonicalize() else { return Ok(()) };
+    match inputs.find(|input| input.canonicalize().is_ok_and(|input| input == place)) {
+        Some(input) => Err(refused(option, path, format!("this would replace {}, which is read", input.display()))),
+        None => Ok(()),
+    }
 }
 
 /// That nothing can be written there.

@@ -8,13 +8,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
+use ductloop::bounded_file;
 use ductloop::output::write_whole;
-use ductloop::photograph::{Channel, Photograph};
+use ductloop::photograph::{Channel, LARGEST_BYTES, Photograph};
 use ductloop::scenario::Pipeline;
 use ductloop::stage_picture::{Overlay, overlay_png};
 use ductloop::{Scenario, pilot};
 use ductloop_nav::perception::ridge::{Region, Ridge, RidgeParams};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::perceived::{self, Perceived};
 use super::picture_files;
@@ -29,18 +30,21 @@ use super::{destination, interrupt};
 Examples:
   ductloop perceive frame.png --rig presets/sensor/wide.toml              walls, lateral and heading error
   ductloop perceive frame.png --rig scenarios/straight.toml --pipeline paper
+  ductloop perceive photo.jpg --rig low.toml --rig high.toml              a camera and two lasers' planes, from `calibrate --boards`
   ductloop perceive photo.jpg --channel green-excess                      without a rig: stripe centres and lines
   ductloop perceive *.jpg --channel green-excess --rois boards.csv --json > centres.json
 
 Each picture's OUT/NAME.json holds what OUT/NAME.overlay.png shows: centres in the lasers' colours (red: of none), lines beside
-their stripes. A rig is a scenario, or a file with its [sensor] tables; what it may leave out: mount angles (0), line (2 mm, 4 mrad).")]
+their stripes. A rig is a scenario, or a file with its [sensor] tables; what it may leave out: how the camera is mounted (upright, in the
+base's origin: the lateral error is then the camera's own), mount angles (0), line (2 mm, 4 mrad).")]
 pub(crate) struct PerceiveArgs {
     /// Pictures: PNG or JPEG, 8 or 16 bits, grey or coloured
     #[arg(required = true, value_name = "IMAGE")]
     pub(crate) images: Vec<PathBuf>,
-    /// Camera and lasers: a scenario, or a file with its [sensor] tables. Without it there are stripe centres and lines only
+    /// Camera and lasers: a scenario, or a file with its [sensor] tables, as `calibrate` writes it (may be given several times: later
+    /// files are laid over earlier ones). Without it there are stripe centres and lines only
     #[arg(long, value_name = "RIG")]
-    pub(crate) rig: Option<PathBuf>,
+    pub(crate) rig: Vec<PathBuf>,
     /// Which pipeline reads the pictures; the rig's file says, or `robust`
     #[arg(long, value_enum, requires = "rig")]
     pub(crate) pipeline: Option<PipelineChoice>,
@@ -115,8 +119,7 @@ pub(crate) fn command(args: &PerceiveArgs) -> Result<u8, Problem> {
         let region = job.regions.of(image);
         let photograph = job.open(image).map_err(|problem| problem.with_code(Problem::CANNOT_GO_ON))?;
         let perceived = job.perceive(photograph.clone(), region.as_ref(), args.time);
-        let stem = args.out.join(stem(image));
-        let overlay_file = PathBuf::from(format!("{}.overlay.png", stem.display()));
+        let [document_file, overlay_file] = results(args, image);
         let document = perceived::document(image, &overlay_file, &photograph, args.channel, job.scenario.as_ref(), &perceived);
         let cannot_go_on = |path: &Path, error: &dyn std::fmt::Display| {
             Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(path.display().to_string())
@@ -124,7 +127,6 @@ pub(crate) fn command(args: &PerceiveArgs) -> Result<u8, Problem> {
         let overlay = Overlay { centres: &perceived.centres, lines: &perceived.lines, region: region.as_ref() };
         let png = overlay_png(photograph.size_px(), &photograph.to_8_bits(), &overlay);
         let png = png.map_err(|error| cannot_go_on(&overlay_file, &error))?;
-        let document_file = PathBuf::from(format!("{}.json", stem.display()));
         for (path, bytes) in [(&overlay_file, png), (&document_file, format!("{document:#}\n").into_bytes())] {
             write_whole(path, &bytes).map_err(|error| cannot_go_on(path, &error))?;
         }
@@ -156,8 +158,8 @@ fn prepare(args: &PerceiveArgs) -> Result<Job<'_>, Problem> {
         }
     };
     let mut job = Job { args, scenario: None, regions: Regions::Whole };
-    take(args.rig.as_ref().map_or(Ok(()), |file| {
-        let mut scenario = Scenario::read_rig(file).map_err(|wrong| Problem::in_files(vec![wrong]))?;
+    take(args.rig.first().map_or(Ok(()), |_| {
+        let mut scenario = Scenario::read_rig(&args.rig).map_err(|wrong| Problem::in_files(vec![wrong]))?;
         scenario.perception.pipeline = match args.pipeline {
             Some(PipelineChoice::Robust) => Pipeline::Robust,
             Some(PipelineChoice::Paper) => Pipeline::Paper,
@@ -169,7 +171,19 @@ fn prepare(args: &PerceiveArgs) -> Result<Job<'_>, Problem> {
         Ok(())
     }));
     take(regions::read(args.roi.as_deref(), args.rois.as_deref()).map(|regions| job.regions = regions));
-    take(destination::folder("--out", &args.out));
+    let named = || args.images.iter().chain(&args.rig).chain(&args.rois);
+    let files: Vec<PathBuf> = args.images.iter().flat_map(|image| results(args, image)).collect();
+    // All go to one folder, so one stands for those that are not there, or are plain files; the others may lead elsewhere.
+    let is_plain = |file: &&PathBuf| file.symlink_metadata().map_or(true, |found| found.is_file());
+    let (plain, others): (Vec<&PathBuf>, Vec<&PathBuf>) = files.iter().partition(is_plain);
+    take(
+        destination::folder("--out", &args.out)
+            .and_then(|()| plain.into_iter().take(1).chain(others).try_for_each(|file| destination::file("--out", file))),
+    );
+    for file in &files {
+        take(destination::is_no_input("--out", file, named()));
+        take(is_ours_to_replace(file));
+    }
     let mut names: BTreeMap<PathBuf, &Path> = BTreeMap::new();
     for image in &args.images {
         if let Some(other) = names.insert(stem(image), image) {
@@ -180,6 +194,29 @@ fn prepare(args: &PerceiveArgs) -> Result<Job<'_>, Problem> {
         take(job.open(image).and_then(|photograph| job.fits(image, &photograph)));
     }
     problems.or(job)
+}
+
+/// That a document which would be replaced is one of `perceive`: `render` writes its own beside frames, by the same name.
+fn is_ours_to_replace(file: &Path) -> Result<(), Problem> {
+    const OURS: [&str; 4] = ["file", "centres", "lines", "overlay"];
+    if file.extension().is_none_or(|ending| ending != "json") || !file.is_file() {
+        return Ok(());
+    }
+    let there = bounded_file::read(file, LARGEST_BYTES).ok().and_then(|bytes| serde_json::from_slice::<Value>(&bytes).ok());
+    if there.is_some_and(|there| OURS.iter().all(|key| there.get(key).is_some())) {
+        return Ok(());
+    }
+    let message = "it is there already, and `perceive` did not write it".to_owned();
+    Err(destination::refused("--out", file, message))
+}
+
+/// Files of a picture's results: the document and the overlay.
+fn results(args: &PerceiveArgs, image: &Path) -> [PathBuf; 2] {
+    [".json", ".overlay.png"].map(|ending| {
+        let mut name = stem(image).into_os_string();
+        name.push(ending);
+        args.out.join(name)
+    })
 }
 
 /// What a picture's results are called.
@@ -199,7 +236,7 @@ impl Job<'_> {
         if let Some(scenario) = &self.scenario {
             let camera = &scenario.rig.camera;
             if [camera.width_px, camera.height_px] != [width, height] {
-                let rig = self.args.rig.as_ref().map_or(String::new(), |file| file.display().to_string());
+                let rig = self.args.rig.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join(", ");
                 let message = format!(
                     "the picture has {width} x {height} pixels, the camera of {rig} {} x {}",
                     camera.width_px, camera.height_px

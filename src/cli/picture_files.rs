@@ -1,15 +1,12 @@
 //! Picture files to grey values.
 
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::Path;
 
-use ductloop::photograph::{Channel, Photograph, PhotographError};
+use ductloop::bounded_file;
+use ductloop::photograph::{Channel, LARGEST_BYTES, Photograph, PhotographError};
 
 use super::problem::Problem;
-
-/// The largest file that is read: a device named by mistake does not fill the memory.
-const LARGEST_BYTES: u64 = 512 << 20;
 
 /// Reads a picture; `max_dn` is the value at which a pixel of 16 bits is full.
 ///
@@ -24,16 +21,13 @@ pub(crate) fn read(path: &Path, channel: Channel, max_dn: Option<u16>) -> Result
         io::ErrorKind::IsADirectory => {
             wrong("this is a folder, not a picture".into()).help("name the files in it, as in `FOLDER/*.png`")
         }
+        io::ErrorKind::FileTooLarge => wrong(format!("{error}, which no picture is")).help("check the name of the file"),
         _ => wrong(format!("cannot be read: {error}")),
     })?;
-    if bytes.len() as u64 > LARGEST_BYTES {
-        return Err(
-            wrong(format!("larger than {} MiB, which no picture is", LARGEST_BYTES >> 20)).help("check the name of the file")
-        );
-    }
     Photograph::decode(&bytes, channel, max_dn).map_err(|error| {
         let help = match &error {
             PhotographError::Picture(_) => "a PNG or JPEG of 8 or 16 bits, 8192 pixels a side at most",
+            PhotographError::CutShort => "copy or download it again; what is missing may be half of it",
             PhotographError::Grey(_) => "read it with `--channel grey`, the default",
             PhotographError::TooBright { .. } => "more `--bits`",
         };
@@ -41,13 +35,10 @@ pub(crate) fn read(path: &Path, channel: Channel, max_dn: Option<u16>) -> Result
     })
 }
 
-/// A file's bytes; one more than the bound shows that there are more.
+/// A file's bytes.
 fn bytes(path: &Path) -> io::Result<Vec<u8>> {
-    let file = File::open(path)?;
-    if file.metadata()?.is_dir() {
+    if path.is_dir() {
         return Err(io::ErrorKind::IsADirectory.into());
     }
-    let mut bytes = Vec::new();
-    file.take(LARGEST_BYTES + 1).read_to_end(&mut bytes)?;
-    Ok(bytes)
+    bounded_file::read(path, LARGEST_BYTES)
 }

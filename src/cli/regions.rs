@@ -1,14 +1,19 @@
 //! Regions of interest: of one for all pictures, or of a table with a row for each.
 //!
-//! A table is CSV: lines that start with `#` are comments, the first other line names the columns. `file` is the picture's name, without
-//! its folders; each column whose name ends in `_u` is a corner's, with the one of the same name and `_v`. Other columns are left alone.
+//! A table is CSV as all of this project's are ([`ductloop::calibrate::table`]). `file` is the picture's name, without its
+//! folders; each column whose name ends in `_u` is a corner's, with the one of the same name and `_v`. Other columns are left alone.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use ductloop::calibrate::table::Table;
+use ductloop::scenario::{Diagnostics, shown};
 use ductloop_nav::perception::ridge::Region;
 
 use super::problem::Problem;
+
+/// Farthest that a corner may lie from a picture, in pixels.
+const FARTHEST_PX: f64 = 1e6;
 
 /// Where to look.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,14 +50,7 @@ pub(crate) fn read(roi: Option<&str>, rois: Option<&Path>) -> Result<Regions, Pr
         return Ok(Regions::One(region));
     }
     let Some(path) = rois else { return Ok(Regions::Whole) };
-    let wrong = |line: Option<usize>, message: String| {
-        let line = line.map_or(String::new(), |line| format!(":{line}"));
-        Problem::new(Problem::WRONG_INPUT, message).about(format!("--rois {}{line}", path.display()))
-    };
-    let text = std::fs::read_to_string(path).map_err(|error| wrong(None, format!("cannot be read: {error}")))?;
-    let rows = of_table(&text).map_err(|(line, message)| {
-        wrong(line, message).help("columns `file`, and for each corner NAME_u and NAME_v, in the polygon's order")
-    })?;
+    let rows = Table::read(path).and_then(|table| of_table(&table)).map_err(|wrong| Problem::in_files(vec![wrong]))?;
     Ok(Regions::Each(rows))
 }
 
@@ -68,40 +66,39 @@ fn of_argument(text: &str) -> Result<Region, String> {
 }
 
 fn number(text: &str) -> Result<f64, String> {
-    let value = text.trim().parse::<f64>().ok().filter(|value| value.is_finite() && value.abs() <= 1e6);
+    let value = text.trim().parse::<f64>().ok().filter(|value| value.is_finite() && value.abs() <= FARTHEST_PX);
     value.ok_or_else(|| format!("`{}` is not a number of pixels", text.trim()))
 }
 
-/// The regions of a table, or the line, if it is about one, and what is wrong.
-fn of_table(text: &str) -> Result<BTreeMap<String, Region>, (Option<usize>, String)> {
-    let mut lines =
-        text.lines().enumerate().map(|(i, line)| (i + 1, line.trim())).filter(|(_, l)| !l.is_empty() && !l.starts_with('#'));
-    let Some((heading, names)) = lines.next() else { return Err((None, "the table is empty".into())) };
-    let names: Vec<&str> = names.split(',').map(str::trim).collect();
-    let column = |name: &str| names.iter().position(|other| *other == name);
-    let Some(file) = column("file") else { return Err((Some(heading), "there is no column `file`".into())) };
-    let mut corners = Vec::new();
-    for (u, name) in names.iter().enumerate() {
-        let Some(corner) = name.strip_suffix("_u") else { continue };
-        let Some(v) = column(&format!("{corner}_v")) else {
-            return Err((Some(heading), format!("there is a column `{name}`, but no `{corner}_v`")));
-        };
-        corners.push([u, v]);
+/// The regions of a table, by the pictures' names.
+fn of_table(table: &Table) -> Result<BTreeMap<String, Region>, Diagnostics> {
+    const HELP: &str = "columns `file`, and for each corner NAME_u and NAME_v, in the polygon's order";
+    let of_names = |message: String| Diagnostics(vec![table.error_of_names(message, Some(HELP.into()))]);
+    let files = table.texts("file")?;
+    let names: Vec<&str> = table.names().filter_map(|name| name.strip_suffix("_u")).collect();
+    if names.len() < 3 {
+        let message = format!("it has the columns of {} corners; a region has three or more", names.len());
+        return Err(of_names(message));
     }
-    if corners.len() < 3 {
-        return Err((Some(heading), format!("it has the columns of {} corners; a region has three or more", corners.len())));
+    let mut corners = Vec::new();
+    for name in &names {
+        let (u, v) = (format!("{name}_u"), format!("{name}_v"));
+        if !table.has(&v) {
+            return Err(of_names(format!("there is a column `{u}`, but no `{v}`")));
+        }
+        corners.push(table.numbers([&u, &v])?);
     }
     let mut rows = BTreeMap::new();
-    for (line, row) in lines {
-        let cells: Vec<&str> = row.split(',').map(str::trim).collect();
-        if cells.len() != names.len() {
-            return Err((Some(line), format!("{} values for {} columns", cells.len(), names.len())));
+    for (row, file) in files.into_iter().enumerate() {
+        let wrong = |message: String, help: &str| Diagnostics(vec![table.error(row, message, Some(help.into()))]);
+        let outline: Vec<[f64; 2]> = corners.iter().map(|corner| corner[row]).collect();
+        let far = outline.iter().flatten().find(|value| value.abs() > FARTHEST_PX);
+        if let Some(far) = far {
+            return Err(wrong(format!("{} is not a number of pixels", shown(*far)), HELP));
         }
-        let corner = |[u, v]: &[usize; 2]| Ok([number(cells[*u])?, number(cells[*v])?]);
-        let outline = corners.iter().map(corner).collect::<Result<Vec<_>, _>>().map_err(|message| (Some(line), message))?;
-        let Some(region) = Region::polygon(&outline) else { return Err((Some(line), "no polygon".into())) };
-        if rows.insert(cells[file].to_owned(), region).is_some() {
-            return Err((Some(line), format!("`{}` has a row already", cells[file])));
+        let Some(region) = Region::polygon(&outline) else { return Err(wrong("no polygon".into(), HELP)) };
+        if rows.insert(file.to_owned(), region).is_some() {
+            return Err(wrong(format!("`{file}` has a row already"), "a picture has one region"));
         }
     }
     Ok(rows)
@@ -124,10 +121,12 @@ mod tests {
 
     #[test]
     fn tables_have_a_row_a_picture_and_errors_a_line() {
-        let table = "# comment\n\nfile,n_x,a_u,a_v,b_u,b_v,c_u,c_v\n0.jpg,0.5,1,2,3,4,5,7\n1.jpg,0.5,1,2,3,4,5,6.5\n";
-        let rows = of_table(table).expect("a table");
-        assert_eq!(rows.keys().collect::<Vec<_>>(), ["0.jpg", "1.jpg"]);
-        assert_eq!(rows["1.jpg"], Region::polygon(&[[1.0, 2.0], [3.0, 4.0], [5.0, 6.5]]).expect("finite"));
+        let text =
+            "\u{feff}# comment\n\nfile,n_x,a_u,a_v,b_u,b_v,c_u,c_v\n0.jpg,0.5,1,2,3,4,5,7\n\"1,a.jpg\",0.5,1,2,3,4,5,6.5\n";
+        let of_text = |text: &str| Table::parse("rois.csv", text).and_then(|table| of_table(&table));
+        let rows = of_text(text).expect("a table");
+        assert_eq!(rows.keys().collect::<Vec<_>>(), ["0.jpg", "1,a.jpg"]);
+        assert_eq!(rows["1,a.jpg"], Region::polygon(&[[1.0, 2.0], [3.0, 4.0], [5.0, 6.5]]).expect("finite"));
         let of = |path: &str| Regions::Each(rows.clone()).of(path.as_ref());
         assert!(of("photos/0.jpg").is_some() && of("2.jpg").is_none());
         for (from, to, line) in [
@@ -136,10 +135,12 @@ mod tests {
             ("a_u,a_v", "k,l", Some(3)),
             ("1,2,3,4,5,7", "1,2,3,4,5", Some(4)),
             ("6.5", "nan", Some(5)),
-            ("1.jpg", "0.jpg", Some(5)),
-            (table, "# nothing\n", None),
+            ("6.5", "2e6", Some(5)),
+            ("\"1,a.jpg\"", "0.jpg", Some(5)),
+            (text, "# nothing\n", None),
         ] {
-            assert_eq!(of_table(&table.replacen(from, to, 1)).expect_err(to).0, line, "{to}");
+            let wrong = of_text(&text.replacen(from, to, 1)).expect_err(to).0.remove(0);
+            assert_eq!((wrong.file.as_str(), wrong.place.map(|place| place.line)), ("rois.csv", line), "{to}");
         }
     }
 
@@ -147,7 +148,7 @@ mod tests {
         #[test]
         fn any_text_is_a_region_or_an_error(argument in "[-0-9.,e ]{0,40}", table in "(file|a_u|a_v|b_u|b_v|c_u|c_v|[0-9]|,|\n|.){0,60}") {
             let _ = of_argument(&argument);
-            let _ = of_table(&table);
+            let _ = Table::parse("any.csv", &table).and_then(|table| of_table(&table));
         }
     }
 }

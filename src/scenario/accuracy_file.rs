@@ -172,6 +172,8 @@ fn resolve(mut typed: Typed) -> Result<AccuracyFile, Diagnostics> {
     let poses = reader.poses(root.take("poses"));
     let pass = reader.pass(root.take("pass"));
     let factors = reader.grid(root.take("grid"));
+    reader.unknown(&root);
+    reader.overruled(&root, &factors, &poses);
     if poses.wall_m.is_some()
         && root.at("duct.width_m").is_none()
         && matches!(root.get("duct"), Some(node) if node.as_table().is_some())

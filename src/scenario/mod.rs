@@ -98,12 +98,13 @@ impl Scenario {
     }
 
     /// Reads a rig: a whole scenario's, or a file that holds nothing but a sensor, in `[sensor]` or with `[camera]`, `[laser.NAME]`,
-    /// `[mount]` and `[line]` at the top. Of the scenario that comes back only `rig`, `perception` and `navigation` mean anything.
+    /// `[mount]` and `[line]` at the top. Several such files are laid one over the other, and over a scenario's. Of the scenario that
+    /// comes back only `rig`, `perception` and `navigation` mean anything.
     ///
     /// # Errors
-    /// Every error found, in the order of the text.
-    pub fn read_rig(path: &Path) -> Result<Self, Diagnostics> {
-        Self::rig(typed::Typed::read(path, &Overlays::default()))
+    /// Every error found, in the order of the texts; no file is one, too.
+    pub fn read_rig(paths: &[impl AsRef<Path>]) -> Result<Self, Diagnostics> {
+        Self::rig(typed::Typed::of_files(paths, rig_file::prepare))
     }
 
     /// The same from a text; errors name it `rig`.
@@ -115,7 +116,7 @@ impl Scenario {
     }
 
     fn rig(mut typed: typed::Typed) -> Result<Self, Diagnostics> {
-        if rig_file::is_whole(&typed) {
+        if rig_file::is_whole(&typed.root) {
             return resolve::resolve(&typed);
         }
         rig_file::complete(&mut typed);

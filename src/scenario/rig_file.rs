@@ -2,7 +2,8 @@
 //!
 //! What may be read as one: a whole scenario; a file with `[sensor]` and its tables, as the presets are, and `[perception]` or
 //! `[navigation]` if one likes; or the sensor's own tables at the top (`[camera]`, `[laser.NAME]`, `[mount]`, `[line]`), as a calibration
-//! writes them. The last two name no preset unless they say so: a photograph's rig has no laser of `wide`'s in it.
+//! writes them. The last two name no preset unless they say so: a photograph's rig has no laser of `wide`'s in it. Several files are
+//! laid one over the other: a camera's, and one of each laser's plane.
 
 use super::source::Span;
 use super::tree::{Entry, Node, Table, Value};
@@ -12,37 +13,62 @@ use super::{fields, parse};
 /// Tables of `[sensor]` that may stand at the top of a file.
 const OF_THE_SENSOR: [&str; 4] = ["camera", "mount", "laser", "line"];
 
-/// What a rig's file may leave out: that it is no scenario, where its mount points, how thick its light is (an assumption, that of both
-/// presets). The duct is one that any rig could stand in; of it only the width counts, where one wall is seen.
+/// What a rig's file may leave out: that it is no scenario. The duct is one that any rig could stand in; of it only the width counts,
+/// where one wall is seen.
 const BENEATH: &str = r#"
 format = 1
 kind = "scenario"
 name = "rig"
-[sensor]
-preset = "none"
-[sensor.mount]
-pan_deg = 0.0
-tilt_deg = 0.0
-[sensor.line]
-width_mm = 2.0
-growth_mrad = 4.0
 [duct]
 width_m = 0.5
 height_m = 0.3
 run = [{ straight_m = 3.0 }]
 "#;
 
+/// What a file may leave out that names no preset: how its camera is mounted (upright, in the base's origin: a lateral error is then the
+/// camera's own), where its mount points, how thick its light is (an assumption, that of both presets).
+const INSTEAD_OF_A_PRESET: &str = r#"
+[sensor]
+preset = "none"
+[sensor.camera]
+roll_deg = 0.0
+position_in_base_m = [0.0, 0.0, 0.0]
+[sensor.mount]
+pan_deg = 0.0
+tilt_deg = 0.0
+[sensor.line]
+width_mm = 2.0
+growth_mrad = 4.0
+"#;
+
 /// Whether a file says that it is a scenario, or another whole thing.
-pub(super) fn is_whole(typed: &Typed) -> bool {
-    [fields::KIND, fields::FORMAT].iter().any(|key| typed.root.get(key).is_some())
+pub(super) fn is_whole(root: &Table) -> bool {
+    [fields::KIND, fields::FORMAT].iter().any(|key| root.get(key).is_some())
+}
+
+/// Brings the tables of a rig's file to where a scenario has them; a scenario's are there.
+pub(super) fn prepare(root: &mut Table) {
+    if !is_whole(root) {
+        gather(root);
+    }
 }
 
 /// Makes a scenario of a rig's file, as far as [`super::resolve`] needs one.
 pub(super) fn complete(typed: &mut Typed) {
     gather(&mut typed.root);
-    let source = typed.sources.add("what a rig's file may leave out", BENEATH);
-    let (beneath, _) = parse::document(&typed.sources, source);
-    fill(&mut typed.root, beneath);
+    let has_preset = typed.root.at("sensor.preset").and_then(Node::as_text).is_some_and(|preset| preset != "none");
+    let texts = if has_preset { &[BENEATH][..] } else { &[BENEATH, INSTEAD_OF_A_PRESET] };
+    for text in texts {
+        let source = typed.sources.add("what a rig's file may leave out", *text);
+        let (mut beneath, _) = parse::document(&typed.sources, source);
+        // A mounting is none without a camera: that there is none is then told as such.
+        if typed.root.at("sensor.camera").is_none()
+            && let Some(Value::Table(sensor)) = beneath.entry_mut("sensor").map(|entry| &mut entry.node.value)
+        {
+            sensor.entries.retain(|entry| entry.key != "camera");
+        }
+        fill(&mut typed.root, beneath);
+    }
 }
 
 /// Takes in what a table has not. What it has keeps its place, by which errors are told.
@@ -115,11 +141,50 @@ pan_deg = -50.0
         let wide = Scenario::rig_from_toml_str("[sensor]\npreset = \"wide\"\n").expect("a rig").rig;
         let preset = Scenario::rig_from_toml_str(include_str!("../../presets/sensor/wide.toml")).expect("a rig").rig;
         assert_eq!(wide, preset);
+        // Where a preset's mount points is not overlaid by what files without one may leave out.
+        let incra1 = Scenario::rig_from_toml_str("[sensor]\npreset = \"incra1\"\n").expect("a rig").rig;
+        assert_eq!(incra1.mount.rest.pan_rad, (-50.0_f64).to_radians());
         let whole = include_str!("../../scenarios/straight-incra1.toml");
         assert_eq!(
             Scenario::rig_from_toml_str(whole).expect("a rig").rig,
             Scenario::from_toml_str(whole).expect("a scenario").rig
         );
+    }
+
+    /// As calibrations write them: a camera without a mounting, lasers in files of their own.
+    #[test]
+    fn a_rig_may_come_in_several_files_and_without_a_mounting() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let write = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).expect("a file");
+            path
+        };
+        let mounting = "roll_deg = 90.0\nposition_in_base_m = [0.12, 0.0, 0.10]\n";
+        let bare = TOP.replace(mounting, "");
+        assert!(bare.len() < TOP.len());
+        let rig = Scenario::rig_from_toml_str(&bare).expect("a rig").rig;
+        assert_eq!((rig.mount.roll_rad, rig.mount.position_in_base_m), (0.0, nalgebra::Point3::origin()));
+        let camera = write("camera.toml", bare.split("[laser").next().expect("a part"));
+        let right =
+            write("right.toml", "[sensor.laser.right]\nnormal = [0.75130632, -0.61816050, 0.23111989]\noffset_m = 0.06878742\n");
+        let left = write("left.toml", "[laser.left]\nnormal = [0.74444940, -0.60260520, 0.28751011]\noffset_m = 0.03728516\n");
+        let mount = write("mount.toml", &format!("[camera]\n{mounting}"));
+        let rig = Scenario::read_rig(&[&camera, &right, &left, &mount]).expect("a rig").rig;
+        let names: Vec<_> = rig.lasers.iter().map(|laser| laser.name.as_str()).collect();
+        assert_eq!((names, rig.mount.roll_rad), (vec!["right", "left"], 90.0_f64.to_radians()));
+        assert_eq!(rig.camera, Scenario::rig_from_toml_str(TOP).expect("a rig").rig.camera);
+        // A later file counts, whichever form either has.
+        let shorter = write("shorter.toml", "[camera]\nfocal_px = 900.0\n[laser.right]\noffset_m = 0.05\n");
+        let rig = Scenario::read_rig(&[&camera, &right, &shorter]).expect("a rig").rig;
+        assert_eq!((rig.camera.focal_px, rig.lasers[0].offset_m), ([900.0; 2], 0.05));
+        // What is wrong is told of the file where it stands; without a camera there is none.
+        let wrong = write("wrong.toml", "[laser.left]\nnormal = [0.74444940, -0.60260520, 0.28751011]\noffset_m = 0.0002\n");
+        let errors = Scenario::read_rig(&[&camera, &wrong]).expect_err("refused").0;
+        assert_eq!(errors[0].place.as_ref().map(|place| place.line), Some(3), "{errors:?}");
+        assert!(errors[0].file.ends_with("wrong.toml"), "{errors:?}");
+        let errors = Scenario::read_rig(&[&right]).expect_err("refused");
+        assert!(errors.to_string().contains("width_px") && !errors.to_string().contains("may leave out"), "{errors}");
     }
 
     /// Every error with the line where it was typed.

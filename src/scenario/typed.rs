@@ -33,6 +33,20 @@ impl Typed {
         typed
     }
 
+    /// From files, each prepared by itself and laid over those before it.
+    pub(super) fn of_files(paths: &[impl AsRef<Path>], prepare: fn(&mut Table)) -> Self {
+        let mut typed = Self::default();
+        for path in paths.iter().map(AsRef::as_ref) {
+            let mut file = Table::default();
+            std::mem::swap(&mut typed.root, &mut file);
+            typed.lay_file(path.display().to_string(), path);
+            std::mem::swap(&mut typed.root, &mut file);
+            prepare(&mut file);
+            typed.root.merge(file);
+        }
+        typed
+    }
+
     /// From a file with what is laid over it.
     pub(super) fn read(path: &Path, overlays: &Overlays) -> Self {
         let mut typed = Self::default();

@@ -29,8 +29,13 @@ const UNITS: &[(&str, &str, f64)] = &[
 
 /// The error for a key that does not belong in a table.
 pub(super) fn finding(shape: &TableShape, path: &str, entry: &Entry) -> Finding {
+    finding_beside(shape, path, entry, &[])
+}
+
+/// The same where other keys may stand beside those of a scenario: an accuracy study's.
+pub(super) fn finding_beside(shape: &TableShape, path: &str, entry: &Entry, others: &[&'static str]) -> Finding {
     let finding = Finding::new(entry.key_span, format!("unknown key `{}` {}", entry.key, inside(path)));
-    let known: Vec<_> = shape.keys().collect();
+    let known: Vec<_> = shape.keys().chain(others.iter().copied()).collect();
     if let Some(field) = other_unit(shape, entry) {
         return finding.help(in_unit(field, entry));
     }

@@ -67,6 +67,25 @@ fn what_is_wrong_exits_2_before_anything_runs() {
     assert!(ran.json()["errors"][0]["message"].as_str().expect("words").contains("`count`"), "{}", ran.stdout);
     let ran = workshop.run(&["accuracy", "missing.toml"]).expect(2);
     assert!(ran.stderr.contains("there is no such file"), "{}", ran.stderr);
+    workshop
+        .run(&["accuracy", "smoke.toml", "--perception", "robust"])
+        .expect(2)
+        .saying(&["--perception robust", "--set 'pipelines=[\"robust\"]'"]);
+    workshop.run(&["accuracy", "smoke.toml", "--set", "start.lateral_m=0.1"]).expect(2).saying(&["`[grid]`", "start.lateral_m"]);
+    // Poses outside the duct are told at once and in words.
+    let lateral = workshop.read("smoke.toml").replace("start.lateral_m = [-0.05, 0.05]", "");
+    workshop.write("outside.toml", lateral);
+    let outside = ["--set", "poses.count=100000", "--set", "poses.lateral_m=[0.35, 0.4]"];
+    for command in ["accuracy", "check"] {
+        let ran = workshop.run(&[&[command, "outside.toml"], &outside[..]].concat()).expect(2);
+        assert!(
+            ran.stderr.contains("pose 0 of cell 0 (distance 8.000 m, lateral offset 0.3")
+                && ran.stderr.contains("outside the duct"),
+            "{}",
+            ran.stderr
+        );
+        assert!(!ran.stderr.contains("Pose"), "{}", ran.stderr);
+    }
     // And a study is no scenario.
     let ran = workshop.run(&["run", "smoke.toml"]).expect(2);
     assert!(ran.stderr.contains("ductloop accuracy FILE"), "{}", ran.stderr);

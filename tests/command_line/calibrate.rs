@@ -71,6 +71,55 @@ fn a_plane_is_found_from_boards() {
     assert_eq!(ran.stdout, "");
 }
 
+/// What `calibrate` writes, `perceive` reads pictures by: nothing is to be added by hand.
+#[test]
+fn a_calibration_is_a_rig_for_pictures() {
+    let workshop = workshop();
+    image::GrayImage::new(640, 480).save(workshop.path("black.png")).expect("a picture");
+    workshop.run(&["calibrate", "right.csv", "--model", "left.csv", "--out", "rig.toml"]).expect(0);
+    workshop.run(&["perceive", "black.png", "--rig", "rig.toml"]).expect(0);
+    workshop.write("camera.toml", "[camera]\nwidth_px = 640\nheight_px = 480\nfocal_px = 500.0\ncentre_px = [320.0, 240.0]\n");
+    workshop.write("boards.csv", "file,n_x,n_y,n_z,d_mm\na.png,0,0,1,400\nb.png,0,0,1,500\nc.png,0,0,1,600\n");
+    for (laser, y_mm) in [("low", 40.0), ("high", -40.0)] {
+        let rows = (200..440)
+            .step_by(20)
+            .flat_map(|u| [("a", 400.0), ("b", 500.0)].map(|(file, z_mm)| (file, u, 240.0 + 500.0 * y_mm / z_mm)));
+        let table: String = rows.map(|(file, u, v)| format!("{file}.png,{u},{v}\n")).collect();
+        workshop.write("centres.csv", format!("file,u_px,v_px\n{table}"));
+        let out = format!("{laser}.toml");
+        let args =
+            ["calibrate", "centres.csv", "--boards", "boards.csv", "--camera", "camera.toml", "--laser", laser, "--out", &out];
+        let said = workshop.run(&args).expect(0).stdout;
+        // No picture of the third board: it has no residual, not one of zero.
+        let third = said.lines().find(|line| line.starts_with("c.png")).expect("a row");
+        assert_eq!(third.split_whitespace().collect::<Vec<_>>(), ["c.png", "0", "0", "-", "-"]);
+    }
+    let args = ["perceive", "black.png", "--rig", "low.toml", "--rig", "high.toml"];
+    workshop.run(&args).expect(0);
+    // One board is no plane.
+    workshop.write("centres.csv", "file,u_px,v_px\na.png,200,290.1\na.png,300,289.9\na.png,400,290.1\na.png,420,290.0\n");
+    let args = ["calibrate", "centres.csv", "--boards", "boards.csv", "--camera", "camera.toml"];
+    workshop.run(&args).expect(2).saying(&["one board's plane"]);
+}
+
+#[test]
+fn what_would_be_lost_or_ignored_is_refused() {
+    let workshop = workshop();
+    workshop.run(&["calibrate", "right.csv", "--out", "right.csv"]).expect(2).saying(&["--out right.csv", "which is read"]);
+    assert_eq!(workshop.read("right.csv"), RIGHT);
+    workshop.run(&["calibrate", "right.csv", "--out", "T.csv.d/"]).expect(2).saying(&["name of a folder"]);
+    workshop.run(&["calibrate", "right.csv", "--sigma-px", "3"]).expect(2).saying(&["--model"]);
+    workshop.run(&["calibrate", "right.csv", "--channel", "red"]).expect(2).saying(&["--boards"]);
+    workshop.run(&["calibrate", "right.csv", "--camera", "camera.toml"]).expect(2).saying(&["--model", "--boards"]);
+    #[cfg(unix)]
+    {
+        workshop.run(&["calibrate", "/dev/zero"]).expect(2).saying(&["/dev/zero", "larger than 64 MiB"]);
+        let args = ["calibrate", "right.csv", "--model", "left.csv", "--camera", "/dev/zero"];
+        workshop.run(&args).expect(2).saying(&["/dev/zero", "larger than 8 MiB"]);
+        workshop.run(&["calibrate", "--gauge", "/dev/zero"]).expect(2).saying(&["/dev/zero", "larger than 8 MiB"]);
+    }
+}
+
 #[test]
 fn what_is_wrong_is_named_with_its_line() {
     let workshop = workshop();
@@ -117,5 +166,12 @@ fn a_gauge_is_no_scenario() {
     workshop.write("gauge.toml", include_str!("../../scenarios/gauge/incra1.toml"));
     let document = workshop.run(&["check", ".", "--json"]).expect(0).json();
     assert_eq!(document["scenarios"].as_array().map(Vec::len), Some(1), "{document:#}");
-    workshop.run(&["check", "gauge.toml"]).expect(2).saying(&["kind"]);
+    workshop.run(&["run", "gauge.toml"]).expect(2).saying(&["ductloop calibrate --gauge FILE"]);
+    // Named, it is checked as what it is.
+    let ran = workshop.run(&["check", "gauge.toml", "short.toml"]).expect(0);
+    assert!(ran.stdout.contains("gauge.toml: ok") && ran.stdout.contains("lasers: 2, points: 19"), "{}", ran.stdout);
+    workshop.run(&["check", "gauge.toml", "--seed", "3"]).expect(2).saying(&["gauge.toml", "laid over"]);
+    let wrong = workshop.read("gauge.toml").replace("surface = \"block\"", "surface = \"blok\"");
+    workshop.write("gauge.toml", wrong);
+    workshop.run(&["check", "gauge.toml"]).expect(2).saying(&["gauge.toml", "names no surface"]);
 }

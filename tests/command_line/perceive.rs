@@ -151,7 +151,10 @@ fn what_is_wrong_is_named() {
     assert_says(&refused(&workshop, &["stripe.png", "--roi", "1,2,3"]), "--roi 1,2,3", "3 numbers");
     assert_says(&refused(&workshop, &["stripe.png", "--roi", "300,0,400,80"]), "stripe.png", "beside it");
     workshop.write("rois.csv", "file,a_u,a_v,b_u,b_v,c_u,c_v\nother.png,1,1,2,2,3,x\n");
-    assert_says(&refused(&workshop, &["stripe.png", "--rois", "rois.csv"]), "--rois rois.csv:2", "`x`");
+    let error = refused(&workshop, &["stripe.png", "--rois", "rois.csv"]);
+    assert_says(&error, "rois.csv", "`x`");
+    assert_eq!(error["line"], 2);
+    assert_says(&refused(&workshop, &["stripe.png", "--rois", "/dev/zero"]), "/dev/zero", "larger than");
     workshop.write("rois.csv", "file,a_u,a_v,b_u,b_v,c_u,c_v\nother.png,1,1,2,2,3,4\n");
     assert_says(&refused(&workshop, &["stripe.png", "--rois", "rois.csv"]), "stripe.png", "no row");
     workshop.write("below/stripe.png", std::fs::read(workshop.path("stripe.png")).expect("a file"));
@@ -160,6 +163,67 @@ fn what_is_wrong_is_named() {
     for args in [["stripe.png", "--pipeline", "paper"], ["stripe.png", "--channel", "infrared"]] {
         refused(&workshop, &args);
     }
+}
+
+/// Nothing that was there goes without its owner's will.
+#[test]
+fn results_replace_neither_what_is_read_nor_what_is_not_of_perceive() {
+    let workshop = with_frame();
+    let truth = workshop.read("frame.json");
+    assert_says(&refused(&workshop, &["frame.png", "--out", "."]), "--out ./frame.json", "`perceive` did not write it");
+    assert_eq!(workshop.read("frame.json"), truth);
+    save(&workshop, "a.png", stripe(200));
+    save(&workshop, "a.overlay.png", stripe(200));
+    let before = std::fs::read(workshop.path("a.overlay.png")).expect("a file");
+    assert_says(
+        &refused(&workshop, &["a.png", "a.overlay.png", "--out", "."]),
+        "--out ./a.overlay.png",
+        "would replace a.overlay.png",
+    );
+    assert_eq!(std::fs::read(workshop.path("a.overlay.png")).expect("a file"), before);
+    // Its own documents are replaced.
+    for _ in 0..2 {
+        workshop.run(&["perceive", "a.png"]).expect(0);
+    }
+    let _ = std::fs::remove_dir_all(workshop.path("out"));
+    // A place where nothing can be made is told before anything is read.
+    #[cfg(target_os = "linux")]
+    {
+        let ran =
+            workshop.run(&["perceive", "a.png", "--out", "/proc/q"]).expect(2).saying(&["--out /proc/q", "cannot be written"]);
+        assert_eq!(ran.stdout, "");
+    }
+    workshop.run(&["perceive", "a.png", "--out", "frame.png/x"]).expect(2).saying(&["is not a folder"]);
+}
+
+/// Names that are no text are names all the same.
+#[cfg(target_os = "linux")]
+#[test]
+fn names_that_are_not_utf_8_stay_apart() {
+    use std::os::unix::ffi::OsStrExt;
+    let workshop = Workshop::new();
+    save(&workshop, "a.png", stripe(100));
+    let names = [&b"\xff.png"[..], &b"\xfe.png"[..]].map(std::ffi::OsStr::from_bytes);
+    let picture = std::fs::read(workshop.path("a.png")).expect("a file");
+    for name in names {
+        std::fs::write(workshop.path("").join(name), &picture).expect("a file");
+    }
+    let args = ["perceive".as_ref(), names[0], names[1], "--quiet".as_ref()];
+    let ran = std::process::Command::new(env!("CARGO_BIN_EXE_ductloop")).args(args).current_dir(workshop.path("")).output();
+    assert!(ran.expect("the program starts").status.success());
+    assert_eq!(std::fs::read_dir(workshop.path("out/perceive")).expect("results").count(), 4);
+}
+
+/// What decoders take for a picture of grey below.
+#[test]
+fn a_jpeg_that_is_cut_short_is_refused() {
+    let workshop = Workshop::new();
+    save(&workshop, "a.jpg", stripe(400));
+    let whole = std::fs::read(workshop.path("a.jpg")).expect("a file");
+    workshop.run(&["perceive", "a.jpg"]).expect(0);
+    std::fs::remove_dir_all(workshop.path("out")).expect("results");
+    workshop.write("a.jpg", &whole[..whole.len() * 4 / 5]);
+    assert_says(&refused(&workshop, &["a.jpg"]), "a.jpg", "cut short");
 }
 
 /// Every error of every file at once, those of the rig with their lines.

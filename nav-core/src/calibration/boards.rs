@@ -53,9 +53,23 @@ pub enum BoardsError {
     /// Fewer than three points.
     #[error("{0} centres are too few for a plane")]
     TooFew(usize),
-    /// All points lie on one line: one board, or boards that all meet the laser's plane in one line.
+    /// Stripes on one board's plane alone, however many pictures of it: only the board's own plane goes through them.
+    #[error("all centres, or all that agree, lie on one board's plane: two boards of different poses are needed at least")]
+    OneBoard,
+    /// All points lie on one line: boards that all meet the laser's plane in one line.
     #[error("all points lie on one line in space: boards of other poses are needed to tell the plane")]
     OneLine,
+    /// Off one line the points lie hardly farther than their noise has them.
+    #[error(
+        "the points lie {spread_mm:.3} mm RMS off one line in space, which is not {TELLING} times what their noise makes of it, \
+         {noise_mm:.3} mm: boards of other poses are needed to tell the plane"
+    )]
+    Noise {
+        /// RMS distance from the line, along the plane, in millimetres.
+        spread_mm: f64,
+        /// RMS of what is noise of it, in millimetres.
+        noise_mm: f64,
+    },
     /// The plane passes the camera's centre too closely.
     #[error("the plane passes {0:.3} mm from the camera's centre: its stripe shows no depth; at least 1 mm is needed")]
     ThroughCamera(f64),
@@ -115,6 +129,11 @@ const MEDIAN: f64 = 0.674_489_75;
 const CLUSTERS: usize = 5;
 /// Points within this share of their length of a line lie on it.
 const STRAIGHT: f64 = 1e-3;
+/// What tells a plane, the spread of its points across their main line, must be this many times the spread that noise gives them.
+/// Where all boards meet the laser's plane in one line, the two are the same but for chance: 1.
+const TELLING: f64 = 3.0;
+/// Boards of normals and distances as near as this, as a share, are one plane given twice: tables have no more digits.
+const SAME: f64 = 1e-6;
 
 impl BoardsPlane {
     /// Fits the plane.
@@ -127,7 +146,11 @@ impl BoardsPlane {
         if seen.len() < 3 {
             return Err(BoardsError::TooFew(seen.len()));
         }
-        let mut plane = start(&seen).ok_or(BoardsError::OneLine)?;
+        let plane_of = same_planes(boards);
+        if !has_several(seen.iter().map(|seen| plane_of[seen.board])) {
+            return Err(BoardsError::OneBoard);
+        }
+        let mut plane = start(&seen, &plane_of).ok_or(BoardsError::OneLine)?;
         let mut weights = vec![0.0; seen.len()];
         for _ in 0..REFITS {
             admit_what_is_missing(&mut seen, &plane);
@@ -140,6 +163,11 @@ impl BoardsPlane {
             }
             plane = fit(&seen, &weights).ok_or(BoardsError::OneLine)?;
         }
+        let used = seen.iter().zip(&weights).filter(|(_, weight)| **weight > 0.0);
+        if !has_several(used.map(|(seen, _)| plane_of[seen.board])) {
+            return Err(BoardsError::OneBoard);
+        }
+        is_told(&seen, &weights)?;
         if plane.offset.abs() < 1.0 {
             return Err(BoardsError::ThroughCamera(plane.offset.abs()));
         }
@@ -257,10 +285,72 @@ fn median(sizes: &mut [f64]) -> f64 {
     *sizes.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
+/// Of each board the first one that has the same plane.
+fn same_planes(boards: &[Board]) -> Vec<usize> {
+    let is_same = |a: &Board, b: &Board| {
+        let apart = (a.normal.into_inner() * a.distance_mm - b.normal.into_inner() * b.distance_mm).norm();
+        apart <= SAME * a.distance_mm.abs()
+    };
+    boards.iter().map(|board| boards.iter().position(|other| is_same(board, other)).unwrap_or(0)).collect()
+}
+
+fn has_several(mut planes: impl Iterator<Item = usize>) -> bool {
+    planes.next().is_some_and(|first| planes.any(|other| other != first))
+}
+
+/// Weighted scatter of points about their middle, and the sum of the weights.
+fn scatter<'s>(points: impl Iterator<Item = (&'s Seen, &'s f64)> + Clone) -> (Matrix3<f64>, f64, Vector3<f64>) {
+    let total: f64 = points.clone().map(|(_, weight)| *weight).sum();
+    let middle = points.clone().map(|(seen, weight)| seen.at * *weight).sum::<Vector3<f64>>() / total;
+    (points.map(|(seen, weight)| (seen.at - middle) * (seen.at - middle).transpose() * *weight).sum(), total, middle)
+}
+
+/// Eigenvalues of a scatter, the least first, and their directions.
+fn axes(scatter: Matrix3<f64>) -> [(f64, Vector3<f64>); 3] {
+    let eigen = scatter.symmetric_eigen();
+    let mut order = [0, 1, 2];
+    order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+    order.map(|i| (eigen.eigenvalues[i], eigen.eigenvectors.column(i).into_owned()))
+}
+
+/// Whether the points that count span a plane, and do not only seem to by their noise.
+///
+/// What is noise is judged twice, and the larger counts: by what the centres' deviations make of a point across the main line, and, without
+/// any word of theirs, by how far the points of each board lie off a line of their own, which a flat sheet of light makes there.
+fn is_told(seen: &[Seen], weights: &[f64]) -> Result<(), BoardsError> {
+    let counting = || seen.iter().zip(weights).filter(|(_, weight)| **weight > 0.0);
+    let (all, total, _) = scatter(counting());
+    let [_, (second, across), _] = axes(all / total);
+    let stated = counting().map(|(seen, weight)| {
+        let deviation_mm = seen.deviation_px * (seen.by_pixel * across).norm();
+        deviation_mm * deviation_mm * weight
+    });
+    let stated = stated.sum::<f64>() / total;
+    let boards = seen.iter().map(|seen| seen.board + 1).max().unwrap_or(0);
+    let (mut off_line, mut free) = (0.0, 0.0);
+    for board in 0..boards {
+        let points = counting().filter(|(seen, _)| seen.board == board);
+        let count = points.clone().count();
+        // Through two points there is always a line.
+        if count > 2 {
+            let (of_board, share, _) = scatter(points);
+            let [_, (off, _), _] = axes(of_board);
+            off_line += off.max(0.0);
+            free += share * (count - 2) as f64 / count as f64;
+        }
+    }
+    let seen_mm2 = if free > 0.0 { off_line / free } else { 0.0 };
+    let (spread_mm, noise_mm) = (second.max(0.0).sqrt(), stated.max(seen_mm2).sqrt());
+    // Numbers that are not finite are refused, too.
+    let is_enough = spread_mm > TELLING * noise_mm;
+    if is_enough { Ok(()) } else { Err(BoardsError::Noise { spread_mm, noise_mm }) }
+}
+
 /// The plane through three points from which the middle one of all points is least far (Rousseeuw 1984).
 ///
-/// Three stretches of a low-discrepancy sequence choose the points: the same ones every time.
-fn start(seen: &[Seen]) -> Option<Trial> {
+/// Three stretches of a low-discrepancy sequence choose the points: the same ones every time. Not all of them are of one board: from the
+/// board's own plane each of its points is nothing far.
+fn start(seen: &[Seen], plane_of: &[usize]) -> Option<Trial> {
     let count = seen.len();
     let mut best: Option<(f64, Trial)> = None;
     // Of thousands, some hundreds tell the median well enough.
@@ -271,7 +361,11 @@ fn start(seen: &[Seen]) -> Option<Trial> {
             (((share - share.floor()) * count as f64) as usize).min(count - 1)
         };
         // Powers of the plastic number's inverse (Roberts 2018), and of its kin in three dimensions.
-        let [a, b, c] = [index(0.819_172_5, 0.0), index(0.671_043_6, 0.3), index(0.549_700_5, 0.7)].map(|i| seen[i].at);
+        let chosen = [index(0.819_172_5, 0.0), index(0.671_043_6, 0.3), index(0.549_700_5, 0.7)];
+        if !has_several(chosen.iter().map(|i| plane_of[seen[*i].board])) {
+            continue;
+        }
+        let [a, b, c] = chosen.map(|i| seen[i].at);
         let cross = (b - a).cross(&(c - a));
         let longest = (b - a).norm_squared().max((c - a).norm_squared());
         // Not of points that coincide, either.
@@ -296,17 +390,8 @@ fn fit(seen: &[Seen], weights: &[f64]) -> Option<Trial> {
     if !(total > 0.0 && total.is_finite()) {
         return None;
     }
-    let middle = seen.iter().zip(weights).map(|(seen, weight)| seen.at * *weight).sum::<Vector3<f64>>() / total;
-    let scatter: Matrix3<f64> =
-        seen.iter().zip(weights).map(|(seen, weight)| (seen.at - middle) * (seen.at - middle).transpose() * *weight).sum();
-    let eigen = (scatter / total).symmetric_eigen();
-    let mut order = [0, 1, 2];
-    order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
-    let [_, second, third] = order.map(|i| eigen.eigenvalues[i]);
+    let (scatter, _, middle) = scatter(seen.iter().zip(weights));
+    let [(_, normal), (second, _), (third, _)] = axes(scatter / total);
     let spread = second > STRAIGHT * STRAIGHT * third;
-    if !spread {
-        return None;
-    }
-    let normal = eigen.eigenvectors.column(order[0]).into_owned();
-    Some(Trial { normal, offset: normal.dot(&middle) })
+    spread.then(|| Trial { normal, offset: normal.dot(&middle) })
 }

@@ -4,6 +4,8 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use crate::bounded_file;
+use crate::calibrate::camera::MOST_BYTES;
 use crate::calibrate::places;
 use crate::scenario::{Diagnostic, Diagnostics, Scenario};
 
@@ -78,7 +80,8 @@ impl GaugeFile {
     /// Everything that is wrong with it.
     pub fn read(path: &Path) -> Result<Self, Diagnostics> {
         let file = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|error| whole(&file, format!("cannot be read: {error}"), None))?;
+        let text =
+            bounded_file::read_text(path, MOST_BYTES).map_err(|error| whole(&file, format!("cannot be read: {error}"), None))?;
         Self::parse(&file, &text)
     }
 

@@ -3,6 +3,7 @@
 use super::criteria::{BOUNDS, PassBound};
 use super::{Factor, Finding, KIND, MOST_POSES, Node, Pipeline, Poses, Span, Table, Value, fields};
 use crate::scenario::tree::Entry;
+use crate::scenario::unknown_key;
 
 /// What was wrong so far.
 #[derive(Default)]
@@ -10,6 +11,8 @@ pub(super) struct Reader {
     pub(super) findings: Vec<Finding>,
 }
 
+/// Keys that a study has beside a scenario's; `pass` has another meaning.
+const TABLES: [&str; 3] = ["pipelines", "poses", "grid"];
 /// Keys of `[poses]`.
 const POSES: [&str; 6] = ["count", "wall_m", "width_m", "lateral_m", "heading_deg", "distance_m"];
 
@@ -33,6 +36,39 @@ impl Reader {
             None => {
                 self.wrong(Span::default(), "the file does not say its `kind`", help);
                 false
+            }
+        }
+    }
+
+    /// Keys at the top that neither a study nor a scenario has; `root` is without the study's own.
+    pub(super) fn unknown(&mut self, root: &Table) {
+        let shape = fields::root();
+        let unknown = root.entries.iter().filter(|entry| shape.child(&entry.key).is_none());
+        self.findings.extend(unknown.map(|entry| unknown_key::finding_beside(shape, "", entry, &TABLES)));
+    }
+
+    /// What was laid over the file at a field that the study itself gives values: it would never count.
+    pub(super) fn overruled(&mut self, root: &Table, factors: &[Factor], poses: &Poses) {
+        let gridded = factors.iter().map(|factor| {
+            let path = factor.path.as_str();
+            (path, "grid", format!("as in `--set 'grid.{path}=[VALUE, …]'`"))
+        });
+        let Poses { wall_m, width_m, lateral_m, heading_rad, distance_m, .. } = poses;
+        let drawn = [
+            (wall_m, "wall_m", "start.lateral_m"),
+            (wall_m, "wall_m", "duct.width_m"),
+            (width_m, "width_m", "duct.width_m"),
+            (lateral_m, "lateral_m", "start.lateral_m"),
+            (heading_rad, "heading_deg", "start.heading_deg"),
+            (distance_m, "distance_m", "start.distance_m"),
+        ];
+        let drawn = drawn.into_iter().filter(|(range, ..)| range.is_some());
+        let drawn = drawn.map(|(_, key, path)| (path, "poses", format!("as in `--set 'poses.{key}=[FROM, TO]'`")));
+        for (path, table, help) in gridded.chain(drawn).collect::<Vec<_>>() {
+            // The file itself is the first source.
+            if let Some(node) = at(root, path).filter(|node| node.span.source > 0) {
+                let message = format!("`[{table}]` of the study gives `{path}` its values, so this one would never count");
+                self.wrong(node.span, message, help);
             }
         }
     }
@@ -169,4 +205,21 @@ impl Reader {
         }
         table
     }
+}
+
+/// The value at a path that may have indices, `duct.run[0].straight_m`, if one was typed just there.
+fn at<'t>(root: &'t Table, path: &str) -> Option<&'t Node> {
+    let mut table = Some(root);
+    let mut found = None;
+    for step in path.split('.') {
+        let (key, index) = step.split_once('[').unwrap_or((step, ""));
+        let node = &table?.entry(key)?.node;
+        let node = match index.trim_end_matches(']').parse::<usize>() {
+            Ok(index) => node.as_list()?.get(index)?,
+            Err(_) => node,
+        };
+        table = node.as_table();
+        found = Some(node);
+    }
+    found
 }

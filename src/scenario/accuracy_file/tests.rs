@@ -49,6 +49,8 @@ fn what_is_wrong_is_said_at_its_place() {
         ("sensor.preset = [\"wide\", \"incra1\"]", "sensor.preset = [\"wide\", \"narrow\"]", 10, "narrow"),
         ("[pass.robust]", "[pass.truth]", 12, "`truth` is not a pipeline"),
         ("detection_min = 0.99", "detections = 0.99", 14, "unknown bound `detections`"),
+        ("[grid]", "[gird]", 9, "unknown key `gird`"),
+        ("[poses]", "[positions]", 5, "unknown key `positions`"),
         ("height_m = 0.3", "height_mm = 0.3", 16, "unknown key `height_mm`"),
     ] {
         let text = FILE.replace(from, to);
@@ -58,6 +60,36 @@ fn what_is_wrong_is_said_at_its_place() {
         assert!(lines.iter().any(|(at, message)| *at == Some(line) && message.contains(words)), "{to}: {lines:?}");
         assert!(found.iter().all(|d| d.help.is_some()), "{found:?}");
     }
+}
+
+#[test]
+fn unknown_keys_are_told_what_a_study_has() {
+    for (to, words) in [("[gird]", "did you mean `grid`?"), ("[things]", "`pipelines`, `poses`, `grid`")] {
+        let Diagnostics(found) = AccuracyFile::from_toml_str(&FILE.replace("[grid]", to)).unwrap_err();
+        assert!(found[0].help.as_ref().unwrap().contains(words), "{found:?}");
+    }
+}
+
+/// What is laid over a field that varies would be overruled in every cell.
+#[test]
+fn what_would_never_count_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("study.toml");
+    std::fs::write(&path, FILE).unwrap();
+    let read = |set: &str| AccuracyFile::read(&path, &Overlays { with: Vec::new(), set: vec![set.to_owned()] });
+    for (set, words) in [
+        ("sensor.preset=wide", "`[grid]` of the study gives `sensor.preset`"),
+        ("duct.surface=rubber", "`[grid]` of the study gives `duct.surface`"),
+        ("start.lateral_m=0.1", "`[poses]` of the study gives `start.lateral_m`"),
+        ("start={heading_deg = 1.0}", "`[poses]` of the study gives `start.heading_deg`"),
+        ("duct.width_m=0.7", "`[poses]` of the study gives `duct.width_m`"),
+    ] {
+        let Diagnostics(found) = read(set).unwrap_err();
+        assert_eq!((found.len(), found[0].file.as_str()), (1, format!("--set {set}").as_str()), "{found:?}");
+        assert!(found[0].message.contains(words) && found[0].help.is_some(), "{found:?}");
+    }
+    assert_eq!(read("grid.duct.surface=[\"rubber\"]").unwrap().cells.len(), 2);
+    assert!(read("start.distance_m=2.0").is_ok());
 }
 
 #[test]

@@ -21,6 +21,7 @@ pub(super) const FIELDS: &[Field] = &[
             ("sweep", "this file is a sweep, a list of many runs, and cannot be read as one scenario"),
             ("study", "this file is a study, a search over many runs, and cannot be read as one scenario"),
             ("accuracy", "this file is an accuracy study, a grid of poses: `ductloop accuracy FILE` carries it out"),
+            ("gauge", "this file is an experiment with a block gauge: `ductloop calibrate --gauge FILE` carries it out"),
         ])
         .about("What the file describes."),
     Field::new("name", Kind::Name, Slot::Text(|s| &mut s.name))
