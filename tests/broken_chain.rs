@@ -6,8 +6,10 @@ use std::process::{Command, Output};
 use ductloop::scenario::Overlays;
 use ductloop::{Pilot, Scenario, Verdict};
 
+/// A scenario of the library, or a folder of it.
 fn file(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name).with_extension("toml")
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name);
+    if path.is_dir() { path } else { path.with_extension("toml") }
 }
 
 /// Runs the program on a scenario of the library with these settings.
@@ -40,8 +42,15 @@ fn every_scenario_passes_with_a_whole_chain() {
         .filter_map(|entry| Some(entry.ok()?.path()).filter(|path| path.is_file())?.file_stem()?.to_str().map(str::to_owned))
         .collect();
     names.sort();
-    assert_eq!(names, ["straight", "straight-incra1", "straight-narrow", "straight-offset", "straight-wide"]);
+    assert_eq!(names, ["straight", "straight-fast", "straight-incra1", "straight-narrow", "straight-offset", "straight-wide"]);
     names.iter().for_each(|name| assert_exit(name, &[], 0));
+}
+
+/// What is to become of each fault is in its scenario; narrow and wide ducts are passed.
+#[test]
+fn every_fault_ends_as_stated_and_every_width_is_passed() {
+    assert_exit("faults", &[], 0);
+    assert_exit("widths", &[], 0);
 }
 
 #[test]

@@ -25,6 +25,8 @@ pub(super) struct Point {
     pub(super) thickness_px: f64,
     /// Deviation of the error that centres of its kind have in common, in pixels.
     pub(super) common_px: f64,
+    /// Deviation with which it counts in a plane: as large as makes the mean of many that err alike no surer than it is.
+    pub(super) counts_px: f64,
     /// Distance from the row that the wall as proposed predicts.
     pub(super) off_px: f64,
     /// Columns before it in which the stripe was looked for and not found.
@@ -64,7 +66,12 @@ const MOST_CHI2: [f64; 2] = [4.0, 40.0];
 const GATE: [f64; 2] = [1.2, 0.35];
 /// More such columns than this, as a share of the others, are uneven light and not what stands in the way.
 const UNEVEN_SHARE: f64 = 0.33;
-/// Centres of overexposed columns, and of those whose light is no Gaussian, may be off alike by this share of its standard deviation.
+/// Middles between flanks may be off alike by this share of the light's standard deviation, times the square of the flanks' distance from
+/// the middle in standard deviations: measured with ghosts, bounce and blooming at 12 and 30 ms.
+const FLANK_SHARE: f64 = 0.02;
+/// Over so many columns such errors are alike.
+const ALIKE_COLUMNS: f64 = 100.0;
+/// Centres of columns whose light is no Gaussian may be off alike by this share of its standard deviation.
 const UNLIKE_SHARE: f64 = 0.03;
 /// Columns for which a stripe is predicted anew.
 const NODE_EVERY: usize = 8;
@@ -147,19 +154,23 @@ impl Search<'_> {
                 slope = Some(found.slope);
                 // The height goes into the variances: smoothed, so that a column's own noise does not choose its weights.
                 amplitude = Some(amplitude.map_or(found.amplitude, |before| before + 0.2 * (found.amplitude - before)));
-                Some(Centre { y_px: found.y_px, sigma_px: found.sigma_px, cubic: found.cubic, common_px: 0.0 })
+                let (y_px, sigma_px) = (found.y_px, found.sigma_px);
+                Some(Centre { y_px, sigma_px, cubic: found.cubic, common_px: 0.0, counts_px: sigma_px })
             } else if let Some(found) =
                 overexposed::middle(view, x, sought.y_px, sigma, noise, room).filter(|found| near(found.y_px))
             {
                 let cubic = found.half_width * found.half_width;
-                Some(Centre { y_px: found.y_px, sigma_px: found.sigma_px, cubic, common_px: UNLIKE_SHARE * sigma })
+                // The fainter the flanks, the more of them is stray light, blooming and the wall's own slant.
+                let common_px = FLANK_SHARE * cubic * sigma;
+                let (y_px, sigma_px) = (found.y_px, found.sigma_px);
+                let counts_px = (sigma_px * sigma_px + ALIKE_COLUMNS * common_px * common_px).sqrt();
+                Some(Centre { y_px, sigma_px, cubic, common_px, counts_px })
             } else {
                 tally.unlike += u32::from(found.is_some_and(|found| found.chi2 <= MOST_CHI2[1]));
-                found.filter(|found| found.chi2 <= most_chi2).map(|found| Centre {
-                    y_px: found.y_px,
-                    sigma_px: found.sigma_px * found.chi2.sqrt(),
-                    cubic: found.cubic,
-                    common_px: UNLIKE_SHARE * sigma,
+                found.filter(|found| found.chi2 <= most_chi2).map(|found| {
+                    let (y_px, sigma_px) = (found.y_px, found.sigma_px * found.chi2.sqrt());
+                    // Here the sums over neighbours tell how alike they err.
+                    Centre { y_px, sigma_px, cubic: found.cubic, common_px: UNLIKE_SHARE * sigma, counts_px: sigma_px }
                 })
             };
             let Some(found) = measured else {
@@ -183,6 +194,7 @@ impl Search<'_> {
                 laser,
                 thickness_px: sigma,
                 common_px: found.common_px,
+                counts_px: found.counts_px,
                 off_px: y_px - stripe.y_px,
                 misses: tally.misses,
             });
@@ -207,6 +219,7 @@ struct Centre {
     /// See [`Fitted::cubic`].
     cubic: f64,
     common_px: f64,
+    counts_px: f64,
 }
 
 /// Where a stripe is expected in a column, and how thick.

@@ -155,7 +155,7 @@ fn add_up(m: &Vector3<f64>, points: &[Point], projector: &Projector) -> [Stripe;
         let off_px = (point.inverse_depth - m.dot(&point.ray)) / by_y;
         let row = (point.ray - point.ray_by_y * off_px) / by_y;
         let value = row.dot(m) + off_px;
-        let weight = 1.0 / (point.sigma_px * point.sigma_px);
+        let weight = 1.0 / (point.counts_px * point.counts_px);
         stripe.mm += row * row.transpose() * weight;
         stripe.mo += row * weight;
         stripe.oo += weight;
@@ -213,7 +213,7 @@ fn likeness(solved: &Solved, points: &[Point], projector: &Projector) -> f64 {
                 let point = &points[at];
                 let by_y = (projector.lasers[point.laser].inverse_plane - m).dot(&point.ray_by_y);
                 let off_px = (point.inverse_depth - m.dot(&point.ray)) / by_y - solved.offsets[point.laser];
-                sum += off_px / point.sigma_px;
+                sum += off_px / point.counts_px;
                 count += 1.0;
                 at += 1;
             }
