@@ -178,8 +178,11 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
+/// A title, and of each law its name and points (distance, lateral error).
+type Panel = (String, Vec<(String, Vec<(f64, f64)>)>);
+
 /// Lateral offset over distance, a panel a scenario, as SVG.
-fn plot(panels: &[(String, Vec<(String, Vec<(f64, f64)>)>)]) -> String {
+fn plot(panels: &[Panel]) -> String {
     const COLOURS: [&str; 9] =
         ["#1b6ca8", "#999999", "#d1495b", "#edae49", "#00798c", "#6a4c93", "#2e933c", "#000000", "#a0522d"];
     let (width, height, left, top) = (680.0, 240.0, 56.0, 30.0);

@@ -172,7 +172,7 @@ mod tests {
     fn gain_scales_what_is_above_black_and_is_cut_off_at_full() {
         let mut image = GreyImage::of([3, 1], Bits::Eight, &[8, 108, 250]).expect("three pixels");
         // exp(0.5 x ln 4) = 2 after half a second.
-        spoil(&mut image, &always(FaultKind::GainDrift { rate_1_s: 4.0_f64.ln() }).at(0.5), 1, 8.0);
+        spoil(&mut image, &always(FaultKind::GainDrift { rate_1_s: 2.0 * std::f64::consts::LN_2 }).at(0.5), 1, 8.0);
         assert_eq!(image.pixels(), Pixels::Grey8(&[8, 208, 255]));
     }
 

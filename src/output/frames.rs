@@ -151,7 +151,8 @@ fn estimates(columns: &mut Columns<'_>) {
 
 /// What the estimator believes; null without one.
 fn filter(columns: &mut Columns<'_>) {
-    let values: [(&str, &str, fn(&Estimate) -> f64); 5] = [
+    type Value = fn(&Estimate) -> f64;
+    let values: [(&str, &str, Value); 5] = [
         ("filter_lateral", "m", |e| e.lateral_m),
         ("filter_heading", "rad", |e| e.heading_rad),
         ("filter_width", "m", |e| e.width_m),

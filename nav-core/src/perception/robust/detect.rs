@@ -204,7 +204,7 @@ impl Detector {
         let y_px = moment / light;
         let inside = light > 0.0 && (y_px - (y as f64 - 0.5)).abs() <= 1.5 * half as f64;
         let sigma_px = PEAK_OF_UNIT_AREA * light / peak;
-        inside.then(|| Ridge { block: block as u16, y_px, contrast_dn, sigma_px, is_full: full >= 2 })
+        inside.then_some(Ridge { block: block as u16, y_px, contrast_dn, sigma_px, is_full: full >= 2 })
     }
 }
 
