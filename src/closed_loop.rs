@@ -8,7 +8,8 @@
 //! ```
 //!
 //! A command sets out one frame after the exposure that it was decided on, the time a real robot needs to read out and think, and
-//! takes effect when the link ([`crate::link`]) has carried it: at once, unless a scenario says otherwise. Nothing passes to the navigator but frame, counts, mount angles and tick.
+//! takes effect when the link ([`crate::link`]) has carried it: at once, unless a scenario says otherwise. Nothing passes to the
+//! navigator but frame, counts, mount angles and tick.
 
 use std::ops::ControlFlow;
 

@@ -71,20 +71,20 @@ impl<'a> Head<'a> {
             Delivery::Fresh | Delivery::Repeated => self.expose(view, active)?,
             Delivery::Late(frames) => {
                 self.expose(view, active)?;
-                let exposed = Exposed { image: self.image.clone(), counts, mount, tick };
+                let exposed = Exposed { image: self.image.clone(), truth, counts, mount, tick };
                 let Some(late) = self.under_way.pass(exposed, frames) else { return Ok(None) };
                 self.image = late.image;
-                return self.decide(late.counts, late.mount, late.tick);
+                return self.decide(late.truth, late.counts, late.mount, late.tick);
             }
         }
+        self.decide(truth, counts, mount, tick)
+    }
+
+    fn decide(&mut self, truth: [f64; 3], counts: Counts, mount: MountAngles, tick: Tick) -> Result<Option<Command>, RunError> {
         if let Some(feed) = &self.truth {
             let [lateral_m, heading_rad, width_m] = truth;
             feed.set(lateral_m, heading_rad, width_m);
         }
-        self.decide(counts, mount, tick)
-    }
-
-    fn decide(&mut self, counts: Counts, mount: MountAngles, tick: Tick) -> Result<Option<Command>, RunError> {
         let command = self.navigator.on_frame(&self.image.frame(), counts, mount, tick);
         match self.failure.as_ref().and_then(FailureSlot::get) {
             Some(error) => Err(error.into()),

@@ -150,22 +150,28 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
         &self.perception
     }
 
-    /// Carries the place on to this exposure by the encoders; returns the wheels' speeds.
-    fn dead_reckon(&mut self, counts: Counts, tick: Tick) -> Sides {
+    /// Carries the place on to this exposure by the encoders; returns the wheels' speeds, and the time since the frame before.
+    fn dead_reckon(&mut self, counts: Counts, tick: Tick) -> (Sides, f64) {
+        let frame_s = self.frame_s();
         let Some((before, then)) = self.last else {
             self.last = Some((counts, tick));
-            return Sides::default();
+            return (Sides::default(), frame_s);
         };
         // A frame exposed before the last reading: the wheels have nothing new to say, its walls belong to an earlier place.
         if tick <= then {
-            return Sides::default();
+            return (Sides::default(), frame_s);
         }
         self.last = Some((counts, tick));
         let period_s = (tick - then) as f64 / self.params.ticks_per_s;
         let wheels = self.params.drive.wheel_speeds(before, counts, period_s);
         let travel = self.params.drive.travel(wheels, period_s);
         self.travelled_m += self.localiser.advance(travel, self.params.drive.effective_track_m, tick);
-        wheels
+        (wheels, period_s)
+    }
+
+    /// Time from one frame to the next, in seconds.
+    fn frame_s(&self) -> f64 {
+        self.params.ticks_per_frame as f64 / self.params.ticks_per_s
     }
 
     /// Takes over what the frame shows; says what it was good for, and for how long frames have been good for nothing.
@@ -199,10 +205,10 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
         }
     }
 
-    /// The errors at the time at which the command takes effect.
+    /// The errors at the time at which the command takes effect, a frame from now; `period_s` is the time since the last command.
     fn at_actuation(&self, wheels: Sides, period_s: f64) -> PathState {
-        let drive = &self.params.drive;
-        let meanwhile = drive.travel(drive.approach(wheels, self.commanded, period_s), period_s);
+        let (drive, frame_s) = (&self.params.drive, self.frame_s());
+        let meanwhile = drive.travel(drive.approach(wheels, self.commanded, frame_s), frame_s);
         let (lateral_m, heading_rad, along) = self.localiser.foresee(meanwhile, drive.effective_track_m);
         let (travelled_m, measured) = (self.travelled_m + along, drive.twist(wheels));
         PathState { lateral_m, heading_rad, curvature_1_m: 0.0, travelled_m, measured, period_s }
@@ -210,8 +216,10 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
 
     /// Wheels and mount: what to do on what this frame shows.
     fn drive(&mut self, frame: &Frame<'_>, counts: Counts, mount: MountAngles, tick: Tick) -> Command {
-        let period_s = self.params.ticks_per_frame as f64 / self.params.ticks_per_s;
-        let wheels = self.dead_reckon(counts, tick);
+        let (wheels, since_s) = self.dead_reckon(counts, tick);
+        // A law goes on by the time that has passed, so that lost frames do not slow it down; but it does not run after a target that
+        // has moved on for longer than the robot may coast.
+        let period_s = since_s.min(self.params.coast_s.max(self.frame_s()));
         let (sight, unseen_s) = self.look(frame, mount, tick);
         let seen = sight == Sight::Used;
         // Until the walls were seen once there is nothing to coast on.

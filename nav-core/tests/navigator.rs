@@ -99,3 +99,27 @@ fn while_coasting_the_wheels_carry_the_errors_on() {
     }
     assert_eq!(asked.len(), 4);
 }
+
+/// A law goes on by the time that has passed: with every other frame lost it is told of two periods, and after a long gap of no more
+/// than the robot may coast.
+#[test]
+fn lost_frames_do_not_slow_the_law_down() {
+    let asked = Arc::default();
+    let params = NavigatorParams {
+        ticks_per_s: 1200.0,
+        ticks_per_frame: 40,
+        drive: DRIVE,
+        coast_s: 0.2,
+        frozen_frames: None,
+        mount: MountAngles::default(),
+    };
+    let mut navigator = DuctNavigator::new(params, Told, Noted(Arc::clone(&asked)));
+    for tick in [0, 40, 120, 160, 1600] {
+        let frame = Frame::grey8(2, 1, &[10, 0]);
+        let _ = navigator.on_frame(&frame, Counts::default(), MountAngles::default(), tick);
+    }
+    let periods: Vec<f64> =
+        asked.lock().expect("no test panics while it holds this").iter().map(|state| state.period_s * 30.0).collect();
+    let expected = [1.0, 1.0, 2.0, 1.0, 6.0];
+    assert!(periods.iter().zip(expected).all(|(told, truly)| (told - truly).abs() < 1e-12) && periods.len() == 5, "{periods:?}");
+}

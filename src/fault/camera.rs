@@ -19,6 +19,8 @@ use crate::stream::uniform;
 pub struct Exposed {
     /// The image.
     pub image: GreyImage,
+    /// The true errors and the duct's width, for a navigator that steers by the truth.
+    pub truth: [f64; 3],
     /// Encoder counts.
     pub counts: Counts,
     /// Mount angles.
@@ -147,7 +149,7 @@ mod tests {
 
     fn exposed(tick: Tick) -> Exposed {
         let image = GreyImage::of([1, 1], Bits::Eight, &[tick as u16]).expect("a pixel");
-        Exposed { image, counts: Counts::default(), mount: MountAngles::default(), tick }
+        Exposed { image, truth: [0.0; 3], counts: Counts::default(), mount: MountAngles::default(), tick }
     }
 
     #[test]

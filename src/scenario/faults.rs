@@ -405,3 +405,36 @@ pub(super) fn write(scenario: &Scenario) -> impl Iterator<Item = Vec<(&'static s
         pairs
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A fault of each kind, with each key that it needs, is read as that kind and written as it was read.
+    #[test]
+    fn every_kind_is_read_and_written() {
+        for (word, keys, _) in KINDS {
+            let value = |key: &str| match key {
+                "laser" => "\"high\"",
+                "side" => "\"right\"",
+                "wheel" => "\"rear-left\"",
+                "frames" => "3",
+                "left_n" => "-2.5",
+                _ => "0.25",
+            };
+            let given: Vec<String> = keys.iter().map(|key| format!("{key} = {}", value(key))).collect();
+            let text = format!(
+                "format = 1\nkind = \"scenario\"\nname = \"t\"\n[duct]\nwidth_m = 0.5\nheight_m = 0.3\nrun = [{{ straight_m = 6.0 }}]\n\
+                 [sensor]\npreset = \"wide\"\n[[fault]]\nkind = \"{word}\"\nat_s = 1.5\nfor_s = 2.0\n{}\n",
+                given.join("\n")
+            );
+            let scenario = Scenario::from_toml_str(&text).unwrap_or_else(|wrong| panic!("{}", wrong.render(false)));
+            let [fault] = scenario.faults[..] else { panic!("{word}: {:?}", scenario.faults) };
+            assert_eq!((fault.kind.word(), fault.at_s, fault.for_s), (word, 1.5, Some(2.0)));
+            assert!(!fault.kind.label(&scenario.rig).contains('{'), "{word}");
+            let written = scenario.to_toml();
+            let again = Scenario::from_toml_str(&written).unwrap_or_else(|wrong| panic!("{}", wrong.render(false)));
+            assert_eq!(again.faults, scenario.faults, "{written}");
+        }
+    }
+}

@@ -6,6 +6,7 @@
 //! limit of short periods the gains are k_y = r / l and k_th = sqrt(2 v k_y + (r / h)^2). While the robot gathers speed the
 //! feedback is scaled by v over its final value, so that its trace along the path stays the same.
 
+use super::cruise::Cruise;
 use super::limits::Limits;
 use super::{ControlLaw, PathState, Twist, lane_factor};
 
@@ -41,28 +42,26 @@ struct Cost {
     hh: f64,
 }
 
-/// The law and the motion that it last commanded.
+/// The law and what it holds.
 #[derive(Clone, Debug)]
 pub struct Lqr {
     params: LqrParams,
-    speed_m_s: f64,
-    limits: Limits,
+    cruise: Cruise,
     /// The period that the gains are for, and they.
     solved: Option<(f64, Gains)>,
-    commanded: Twist,
 }
 
 impl Lqr {
     /// The law at rest, to drive at `speed_m_s`.
     pub fn new(speed_m_s: f64, limits: Limits, params: LqrParams) -> Self {
-        Self { params, speed_m_s: limits.speed(speed_m_s), limits, solved: None, commanded: Twist::default() }
+        Self { params, cruise: Cruise::new(speed_m_s, limits), solved: None }
     }
 
     fn gains(&mut self, period_s: f64) -> Gains {
         match self.solved {
             Some((period, gains)) if period == period_s => gains,
             _ => {
-                let gains = solve(&self.params, self.speed_m_s, period_s).0;
+                let gains = solve(&self.params, self.cruise.speed_m_s, period_s).0;
                 self.solved = Some((period_s, gains));
                 gains
             }
@@ -109,17 +108,15 @@ fn solve(params: &LqrParams, v: f64, t: f64) -> (Gains, Cost) {
 impl ControlLaw for Lqr {
     fn twist(&mut self, state: &PathState) -> Twist {
         let gains = self.gains(state.period_s);
-        let v = self.commanded.speed_m_s;
+        let v = self.cruise.commanded.speed_m_s;
         let w_r = v * state.curvature_1_m / lane_factor(state.curvature_1_m, state.lateral_m);
         let feedback = gains.lateral * state.lateral_m + gains.heading * state.heading_rad;
-        let share = if self.speed_m_s == 0.0 { 0.0 } else { v / self.speed_m_s };
-        let wanted = Twist { speed_m_s: self.speed_m_s, yaw_rate_rad_s: w_r - share * feedback };
-        self.commanded = self.limits.approach(self.commanded, wanted, state.period_s);
-        self.commanded
+        let share = if self.cruise.speed_m_s == 0.0 { 0.0 } else { v / self.cruise.speed_m_s };
+        self.cruise.steer(w_r - share * feedback, state.period_s)
     }
 
     fn reset(&mut self, _travelled_m: f64) {
-        self.commanded = Twist::default();
+        self.cruise.stop();
     }
 }
 

@@ -3,6 +3,7 @@
 //! `docs/control.md` compares them. The signs are those of the robot: `lateral_m` and `heading_rad` are where the robot is
 //! relative to the path, so that the errors of the sources, path less robot, are their negatives.
 
+mod cruise;
 pub mod kanayama;
 pub mod koh_cho;
 pub mod koh_cho_printed;
@@ -26,7 +27,7 @@ pub struct PathState {
     pub travelled_m: f64,
     /// Motion that the encoders show: the mean over the frame before the exposure. What was commanded since is not in it.
     pub measured: Twist,
-    /// Time until the next command, in seconds.
+    /// Time from the last command to this one, in seconds: a frame period, more where frames were lost.
     pub period_s: f64,
 }
 

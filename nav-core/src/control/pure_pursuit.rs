@@ -5,6 +5,7 @@
 //! The path is taken as the arc of its curvature here. Linearised on a straight, gamma = -2 e / l^2 - 2 th / l: along the path a
 //! second-order system of 1/sqrt(2) of critical damping, whatever l, so it overshoots by 4 %; its settling distance grows with l.
 
+use super::cruise::Cruise;
 use super::limits::Limits;
 use super::{ControlLaw, PathState, Twist, lane_factor};
 
@@ -23,25 +24,23 @@ impl Default for PurePursuitParams {
     }
 }
 
-/// The law and the motion that it last commanded.
+/// The law and what it holds.
 #[derive(Clone, Debug)]
 pub struct PurePursuit {
     params: PurePursuitParams,
-    speed_m_s: f64,
-    limits: Limits,
-    commanded: Twist,
+    cruise: Cruise,
 }
 
 impl PurePursuit {
     /// The law at rest, to drive at `speed_m_s`.
     pub fn new(speed_m_s: f64, limits: Limits, params: PurePursuitParams) -> Self {
-        Self { params, speed_m_s: limits.speed(speed_m_s), limits, commanded: Twist::default() }
+        Self { params, cruise: Cruise::new(speed_m_s, limits) }
     }
 
     /// Curvature of the arc to the goal, in 1/m.
     fn curvature(&self, state: &PathState) -> f64 {
         let PathState { lateral_m: e, heading_rad, curvature_1_m: c, .. } = *state;
-        let l = self.params.lookahead_m.max(self.params.lookahead_s * self.speed_m_s);
+        let l = self.params.lookahead_m.max(self.params.lookahead_s * self.cruise.speed_m_s);
         // Where the path is farther away than l, the goal is where it is met at 45 degrees.
         let l2 = (l * l).max(2.0 * e * e);
         // In the frame of the path's nearest point: a point of the arc, (sin f, 1 - cos f) / c, has the distance l from (0, e) where
@@ -57,14 +56,12 @@ impl PurePursuit {
 
 impl ControlLaw for PurePursuit {
     fn twist(&mut self, state: &PathState) -> Twist {
-        let yaw_rate_rad_s = self.commanded.speed_m_s * self.curvature(state);
-        let wanted = Twist { speed_m_s: self.speed_m_s, yaw_rate_rad_s };
-        self.commanded = self.limits.approach(self.commanded, wanted, state.period_s);
-        self.commanded
+        let yaw_rate_rad_s = self.cruise.commanded.speed_m_s * self.curvature(state);
+        self.cruise.steer(yaw_rate_rad_s, state.period_s)
     }
 
     fn reset(&mut self, _travelled_m: f64) {
-        self.commanded = Twist::default();
+        self.cruise.stop();
     }
 }
 

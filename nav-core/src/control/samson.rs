@@ -7,6 +7,7 @@
 //! path*, whatever the speed: the same trace at any speed. Back in the robot's terms, with s' = v cos th / (1 - c d):
 //! w = c s' + cos^2 th / (1 - c d) (u_2 + c v sin th tan th), where the change of c along the path is left out: it is not told.
 
+use super::cruise::Cruise;
 use super::limits::Limits;
 use super::{ControlLaw, PathState, Twist, lane_factor};
 
@@ -28,19 +29,17 @@ impl Default for SamsonParams {
     }
 }
 
-/// The law and the motion that it last commanded.
+/// The law and what it holds.
 #[derive(Clone, Debug)]
 pub struct Samson {
     params: SamsonParams,
-    speed_m_s: f64,
-    limits: Limits,
-    commanded: Twist,
+    cruise: Cruise,
 }
 
 impl Samson {
     /// The law at rest, to drive at `speed_m_s`.
     pub fn new(speed_m_s: f64, limits: Limits, params: SamsonParams) -> Self {
-        Self { params, speed_m_s: limits.speed(speed_m_s), limits, commanded: Twist::default() }
+        Self { params, cruise: Cruise::new(speed_m_s, limits) }
     }
 
     /// The yaw rate that it demands at a forward speed, in rad/s.
@@ -59,13 +58,11 @@ impl Samson {
 
 impl ControlLaw for Samson {
     fn twist(&mut self, state: &PathState) -> Twist {
-        let wanted = Twist { speed_m_s: self.speed_m_s, yaw_rate_rad_s: self.yaw_rate(state, self.commanded.speed_m_s) };
-        self.commanded = self.limits.approach(self.commanded, wanted, state.period_s);
-        self.commanded
+        self.cruise.steer(self.yaw_rate(state, self.cruise.commanded.speed_m_s), state.period_s)
     }
 
     fn reset(&mut self, _travelled_m: f64) {
-        self.commanded = Twist::default();
+        self.cruise.stop();
     }
 }
 

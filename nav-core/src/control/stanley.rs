@@ -7,6 +7,7 @@
 //! k_y = k_th the heading converges to the one that lets e decay at the rate k v / (k_soft + v), whatever the speed. Linearised, it
 //! is damped by sqrt(k_th / (4 k)) of the critical damping (k_soft = 0).
 
+use super::cruise::Cruise;
 use super::limits::Limits;
 use super::{ControlLaw, PathState, Twist, lane_factor};
 
@@ -29,37 +30,32 @@ impl Default for StanleyParams {
     }
 }
 
-/// The law and the motion that it last commanded.
+/// The law and what it holds.
 #[derive(Clone, Debug)]
 pub struct Stanley {
     params: StanleyParams,
-    speed_m_s: f64,
-    limits: Limits,
-    commanded: Twist,
+    cruise: Cruise,
 }
 
 impl Stanley {
     /// The law at rest, to drive at `speed_m_s`.
     pub fn new(speed_m_s: f64, limits: Limits, params: StanleyParams) -> Self {
-        Self { params, speed_m_s: limits.speed(speed_m_s), limits, commanded: Twist::default() }
+        Self { params, cruise: Cruise::new(speed_m_s, limits) }
     }
 }
 
 impl ControlLaw for Stanley {
     fn twist(&mut self, state: &PathState) -> Twist {
         let StanleyParams { heading_gain_1_s, lateral_gain_1_s, decay_1_s, softening_m_s } = self.params;
-        let v = self.commanded.speed_m_s;
+        let v = self.cruise.commanded.speed_m_s;
         let (e_y, e_th) = (-state.lateral_m, -state.heading_rad);
         let w_r = v * state.curvature_1_m / lane_factor(state.curvature_1_m, state.lateral_m);
         let towards = libm::atan(decay_1_s * e_y / (softening_m_s + v.abs()).max(1e-6));
-        let wanted =
-            Twist { speed_m_s: self.speed_m_s, yaw_rate_rad_s: w_r + heading_gain_1_s * e_th + lateral_gain_1_s * towards };
-        self.commanded = self.limits.approach(self.commanded, wanted, state.period_s);
-        self.commanded
+        self.cruise.steer(w_r + heading_gain_1_s * e_th + lateral_gain_1_s * towards, state.period_s)
     }
 
     fn reset(&mut self, _travelled_m: f64) {
-        self.commanded = Twist::default();
+        self.cruise.stop();
     }
 }
 
@@ -79,7 +75,7 @@ mod tests {
         };
         let params = StanleyParams { heading_gain_1_s: 400.0, lateral_gain_1_s: 400.0, decay_1_s: 1.2, softening_m_s: 0.0 };
         let mut law = Stanley::new(0.3, wide, params);
-        law.commanded.speed_m_s = 0.3;
+        law.cruise.commanded.speed_m_s = 0.3;
         let period_s = 1e-4;
         let (mut lateral_m, mut heading_rad) = (1e-3, -libm::atan(1.2 * 1e-3 / 0.3));
         for _ in 0..10_000 {

@@ -99,7 +99,7 @@ const NEAR: f64 = 0.08;
 
 /// Fits column `x`; `values` is room to work in. `None` where the image ends, too much is saturated, or nothing like a stripe is there.
 pub(super) fn fit(view: &View<'_>, x: usize, expected: &Expected, noise: &Noise, values: &mut Vec<f64>) -> Option<Fitted> {
-    let Expected { y_px: guess_px, sigma_px, amplitude, slope } = *expected;
+    let Expected { y_px: guess_px, sigma_px, .. } = *expected;
     let reach = REACH[0] * sigma_px + REACH[1];
     let (from, to) = ((guess_px - reach).ceil(), (guess_px + reach).floor() + 1.0);
     // The image may end within the window, if the middle and more is in it.
@@ -119,16 +119,16 @@ pub(super) fn fit(view: &View<'_>, x: usize, expected: &Expected, noise: &Noise,
     if 3 * full > values.len() {
         return None;
     }
-    let mut centre = guess_px;
-    let mut amplitude = amplitude;
+    let column = Column { values, from, least, full: view.full };
+    let mut sought = *expected;
     let mut fitted = None;
     for _ in 0..STEPS {
-        let next = improve(values, from, centre, sigma_px, amplitude, slope, least, view.full, noise)?;
+        let next = column.improve(&sought, noise)?;
         if (next.y_px - guess_px).abs() > reach / 2.0 {
             return None;
         }
-        let near = (next.y_px - centre).abs() < NEAR * sigma_px;
-        (centre, amplitude) = (next.y_px, next.amplitude);
+        let near = (next.y_px - sought.y_px).abs() < NEAR * sigma_px;
+        (sought.y_px, sought.amplitude) = (next.y_px, next.amplitude);
         fitted = Some(next);
         if near {
             break;
@@ -137,96 +137,100 @@ pub(super) fn fit(view: &View<'_>, x: usize, expected: &Expected, noise: &Noise,
     fitted
 }
 
-/// One Gauss-Newton step from `centre`.
-#[allow(clippy::too_many_arguments, reason = "the state of one search")]
-fn improve(
-    values: &[f64],
+/// A column's values.
+struct Column<'a> {
+    values: &'a [f64],
+    /// The row of the first.
     from: usize,
-    centre: f64,
-    sigma: f64,
-    amplitude: f64,
-    known: Option<Slope>,
+    /// The least of them, taken for the background in the variances.
     least: f64,
+    /// At this value and beyond a pixel is full.
     full: f64,
-    noise: &Noise,
-) -> Option<Fitted> {
-    let inverse = 1.0 / sigma;
-    // g by recurrence: g(t + 1) = g(t) q(t), q(t + 1) = q(t) exp(-1 / s^2).
-    let first = (from as f64 - centre) * inverse;
-    let mut g = libm::exp(-0.5 * first * first);
-    let mut q = libm::exp(-first * inverse - 0.5 * inverse * inverse);
-    let ratio = libm::exp(-inverse * inverse);
-    let background = (least - noise.black).max(0.0) * noise.gain + noise.floor;
-    let (shot, speckle) = (noise.gain * amplitude, (noise.speckle + SHAPE_ERROR * SHAPE_ERROR) * amplitude * amplitude);
-    let mut a = [0.0; 10];
-    let mut b = [0.0; 4];
-    let (mut yy, mut used) = (0.0, 0.0);
-    let mut cubic = [0.0; 4];
-    let mut t = first;
-    for value in values {
-        let slope = t * g;
-        if *value < full {
-            let w = 1.0 / (background + g * (shot + speckle * g));
-            let (wt, wg, ws) = (w * t, w * g, w * slope);
-            a[0] += w;
-            a[1] += wt;
-            a[2] += wg;
-            a[3] += ws;
-            a[4] += wt * t;
-            a[5] += wg * t;
-            a[6] += ws * t;
-            a[7] += wg * g;
-            a[8] += ws * g;
-            a[9] += ws * slope;
-            b[0] += w * value;
-            b[1] += wt * value;
-            b[2] += wg * value;
-            b[3] += ws * value;
-            yy += w * value * value;
-            used += 1.0;
-            let odd = slope * t * t;
-            cubic[0] += w * odd;
-            cubic[1] += wt * odd;
-            cubic[2] += wg * odd;
-            cubic[3] += ws * odd;
+}
+
+impl Column<'_> {
+    /// One Gauss-Newton step from where the stripe is sought.
+    fn improve(&self, sought: &Expected, noise: &Noise) -> Option<Fitted> {
+        let Self { values, from, least, full } = *self;
+        let Expected { y_px: centre, sigma_px: sigma, amplitude, slope: known } = *sought;
+        let inverse = 1.0 / sigma;
+        // g by recurrence: g(t + 1) = g(t) q(t), q(t + 1) = q(t) exp(-1 / s^2).
+        let first = (from as f64 - centre) * inverse;
+        let mut g = libm::exp(-0.5 * first * first);
+        let mut q = libm::exp(-first * inverse - 0.5 * inverse * inverse);
+        let ratio = libm::exp(-inverse * inverse);
+        let background = (least - noise.black).max(0.0) * noise.gain + noise.floor;
+        let (shot, speckle) = (noise.gain * amplitude, (noise.speckle + SHAPE_ERROR * SHAPE_ERROR) * amplitude * amplitude);
+        let mut a = [0.0; 10];
+        let mut b = [0.0; 4];
+        let (mut yy, mut used) = (0.0, 0.0);
+        let mut cubic = [0.0; 4];
+        let mut t = first;
+        for value in values {
+            let slope = t * g;
+            if *value < full {
+                let w = 1.0 / (background + g * (shot + speckle * g));
+                let (wt, wg, ws) = (w * t, w * g, w * slope);
+                a[0] += w;
+                a[1] += wt;
+                a[2] += wg;
+                a[3] += ws;
+                a[4] += wt * t;
+                a[5] += wg * t;
+                a[6] += ws * t;
+                a[7] += wg * g;
+                a[8] += ws * g;
+                a[9] += ws * slope;
+                b[0] += w * value;
+                b[1] += wt * value;
+                b[2] += wg * value;
+                b[3] += ws * value;
+                yy += w * value * value;
+                used += 1.0;
+                let odd = slope * t * t;
+                cubic[0] += w * odd;
+                cubic[1] += wt * odd;
+                cubic[2] += wg * odd;
+                cubic[3] += ws * odd;
+            }
+            g *= q;
+            q *= ratio;
+            t += inverse;
         }
-        g *= q;
-        q *= ratio;
-        t += inverse;
+        if used < 7.0 {
+            return None;
+        }
+        if let Some(Slope { mean, variance, .. }) = known {
+            // In the unit of the unknown: DN a standard deviation.
+            let weight = 1.0 / (variance * sigma * sigma);
+            a[4] += weight;
+            b[1] += weight * mean * sigma;
+            yy += weight * mean * mean * sigma * sigma;
+        }
+        // Unknowns: background, its slope (by t / s), amplitude, amplitude times step over s.
+        let normal = Normal4::of(&a)?;
+        let found = normal.solve(&b);
+        let height = found[2];
+        if height <= 0.0 || !height.is_finite() {
+            return None;
+        }
+        let step = (found[3] / height).clamp(-1.5, 1.5) * sigma;
+        let explained: f64 = found.iter().zip(&b).map(|(x, y)| x * y).sum();
+        let chi2 = (yy - explained).max(0.0) / (used - 4.0);
+        let [_, tilt_variance, height_variance, step_variance] = normal.variances();
+        let sigma_px = sigma * step_variance.sqrt() / height;
+        let (tilt, tilt_variance) = (found[1] * inverse, tilt_variance * inverse * inverse);
+        let fitted = Fitted {
+            slope: known.map_or_else(|| Slope::first(tilt, tilt_variance), |known| known.next(tilt, tilt_variance)),
+            y_px: centre + step,
+            sigma_px,
+            amplitude: height,
+            amplitude_sigma: height_variance.sqrt(),
+            chi2,
+            cubic: normal.solve(&cubic)[3],
+        };
+        (fitted.y_px.is_finite() && sigma_px.is_finite() && sigma_px > 0.0).then_some(fitted)
     }
-    if used < 7.0 {
-        return None;
-    }
-    if let Some(Slope { mean, variance, .. }) = known {
-        // In the unit of the unknown: DN a standard deviation.
-        let weight = 1.0 / (variance * sigma * sigma);
-        a[4] += weight;
-        b[1] += weight * mean * sigma;
-        yy += weight * mean * mean * sigma * sigma;
-    }
-    // Unknowns: background, its slope (by t / s), amplitude, amplitude times step over s.
-    let normal = Normal4::of(&a)?;
-    let found = normal.solve(&b);
-    let height = found[2];
-    if height <= 0.0 || !height.is_finite() {
-        return None;
-    }
-    let step = (found[3] / height).clamp(-1.5, 1.5) * sigma;
-    let explained: f64 = found.iter().zip(&b).map(|(x, y)| x * y).sum();
-    let chi2 = (yy - explained).max(0.0) / (used - 4.0);
-    let [_, tilt_variance, height_variance, step_variance] = normal.variances();
-    let sigma_px = sigma * step_variance.sqrt() / height;
-    let (tilt, tilt_variance) = (found[1] * inverse, tilt_variance * inverse * inverse);
-    let fitted = Fitted {
-        slope: known.map_or_else(|| Slope::first(tilt, tilt_variance), |known| known.next(tilt, tilt_variance)),
-        y_px: centre + step,
-        sigma_px,
-        amplitude: height,
-        amplitude_sigma: height_variance.sqrt(),
-        chi2,
-        cubic: normal.solve(&cubic)[3],
-    };
-    (fitted.y_px.is_finite() && sigma_px.is_finite() && sigma_px > 0.0).then_some(fitted)
 }
 
 /// Normal equations of four unknowns, factored as L D L^T. By hand, because it is solved some thousand times a frame.
