@@ -8,8 +8,8 @@ use std::path::Path;
 use ductloop::accuracy::carry_out;
 use ductloop::accuracy::trial::SIDES;
 use ductloop::accuracy::verdict::document;
-use ductloop::scenario::Pipeline;
 use ductloop::scenario::accuracy_file::AccuracyFile;
+use ductloop::scenario::{Overlays, Pipeline};
 
 const SMOKE: &str = "scenarios/studies/accuracy-smoke.toml";
 
@@ -95,4 +95,33 @@ fn the_studies_of_the_library_are_sound() {
         found += 1;
     }
     assert!(found >= 5, "{found}");
+}
+
+/// Readings of `accuracy.toml`'s first poses by the robust pipeline with `incra1`, whose stripes are thick.
+fn thick_stripes(settings: &[&str]) -> ductloop::accuracy::figures::Figures {
+    let set = ["poses.count=24", "pipelines=[\"robust\"]", "grid.sensor.preset=[\"incra1\"]"];
+    let set = set.iter().chain(settings).map(|setting| (*setting).to_owned()).collect();
+    let path = Path::new("scenarios/studies/accuracy.toml");
+    let file = AccuracyFile::read(path, &Overlays { set, ..Overlays::default() }).unwrap_or_else(|wrong| panic!("{wrong}"));
+    let trials = carry_out(&file, 2, |_| ControlFlow::Continue(())).unwrap().unwrap();
+    trials.figures(None, Pipeline::Robust)
+}
+
+/// The light of a thick stripe on a matt wall moves its middle by 0.08 px and the wall by 0.4 mm RMS, all one way: that is taken out.
+/// 500 poses have a bias of -0.016 mm and 0.11 mm RMS; of 24, three times the deviation of their mean is 0.07 mm more.
+#[test]
+fn what_a_matt_wall_does_to_a_thick_stripe_is_taken_out() {
+    let wall = thick_stripes(&[]).wall_distance;
+    let (bias_m, rms_m) = (wall.bias().unwrap(), wall.rms().unwrap());
+    assert!(bias_m.abs() < 0.09e-3 && rms_m < 0.25e-3, "{bias_m} {rms_m}");
+}
+
+/// At seven times the exposure most of each stripe is full, and seems thicker than it is. Taken at its word it is the other laser's on a
+/// wall half as far away, by a hundred deviations.
+#[test]
+fn overexposed_stripes_are_read_or_not_seen_but_never_wrong() {
+    let figures = thick_stripes(&["sensor.exposure=30.0"]);
+    assert_eq!(figures.beyond_6_sigma, []);
+    assert!(figures.detected >= 22 && figures.shown == 24, "{} of {}", figures.detected, figures.shown);
+    assert!(figures.wall_distance.rms().unwrap() < 1e-3, "{:?}", figures.wall_distance);
 }

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use ductloop_nav::control::{ControlLaw, PathState, Twist};
 use ductloop_nav::messages::{Counts, Frame, Pixels};
-use ductloop_nav::navigator::{DuctNavigator, Navigator, NavigatorParams, State};
+use ductloop_nav::navigator::{DuctNavigator, Navigator, NavigatorParams, Reason, State};
 use ductloop_nav::odometry::DriveModel;
 use ductloop_nav::perception::{Measurement, Perception};
 use ductloop_nav::rig::MountAngles;
@@ -122,4 +122,35 @@ fn lost_frames_do_not_slow_the_law_down() {
         asked.lock().expect("no test panics while it holds this").iter().map(|state| state.period_s * 30.0).collect();
     let expected = [1.0, 1.0, 2.0, 1.0, 6.0];
     assert!(periods.iter().zip(expected).all(|(told, truly)| (told - truly).abs() < 1e-12) && periods.len() == 5, "{periods:?}");
+}
+
+/// Three frames in a row that are the same as the one before are a frozen camera: it coasts, and then stands, and says why.
+#[test]
+fn a_frozen_camera_is_not_believed() {
+    let params = NavigatorParams {
+        ticks_per_s: 1200.0,
+        ticks_per_frame: 40,
+        drive: DRIVE,
+        coast_s: 0.1,
+        frozen_frames: Some(3),
+        mount: MountAngles::default(),
+    };
+    let mut navigator = DuctNavigator::new(params, Told, Noted(Arc::default()));
+    let mut told = Vec::new();
+    for (i, lateral_mm) in [10, 11, 12, 12, 12, 12, 12, 12, 12, 12, 12, 13].into_iter().enumerate() {
+        let pixels = [lateral_mm, 0];
+        let frame = Frame::grey8(2, 1, &pixels);
+        let _ = navigator.on_frame(&frame, Counts::default(), MountAngles::default(), 40 * i as u64);
+        told.push((navigator.report().state, navigator.report().reason));
+    }
+    let frozen = Some(Reason::FrozenCamera);
+    // 0.1 s are three frames: the first that is not believed, and three more.
+    let expected = |i: usize| match i {
+        0..5 | 11 => (State::Tracking, None),
+        5..9 => (State::Coasting, frozen),
+        _ => (State::Stopped, frozen),
+    };
+    for (i, told) in told.iter().enumerate() {
+        assert_eq!(*told, expected(i), "frame {i}");
+    }
 }

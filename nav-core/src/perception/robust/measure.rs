@@ -30,7 +30,7 @@ pub(super) struct Point {
     /// Distance from the row that the wall as proposed predicts.
     pub(super) off_px: f64,
     /// Columns before it in which the stripe was looked for and not found.
-    misses: u32,
+    pub(super) misses: u32,
 }
 
 /// Where another stripe is: a line in scan coordinates, from x to x, and its thickness.

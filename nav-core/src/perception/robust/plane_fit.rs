@@ -235,3 +235,95 @@ fn likeness(solved: &Solved, points: &[Point], projector: &Projector) -> f64 {
 
 /// Columns of the runs.
 const RUNS: [f64; 3] = [6.0, 18.0, 54.0];
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Point3, Unit};
+
+    use super::*;
+    use crate::rig::{Camera, Distortion, Laser, LineWidth, Mount, MountAngles, Rig};
+
+    const SIGMA_PX: f64 = 0.1;
+    const PRIORS: Priors = Priors { lean_rad: 0.0035, floor_m: 0.002, offset: [0.05, 0.0] };
+
+    /// Two lasers above and below a camera that looks down a duct.
+    fn rig() -> Rig {
+        let laser = |name: &str, y_m: f64, slant: f64| {
+            let source = Point3::new(0.0, y_m, 0.0);
+            let normal_in_camera = Unit::new_normalize(Vector3::new(0.0, 1.0, slant));
+            let offset_m = normal_in_camera.dot(&source.coords);
+            Laser { name: name.into(), normal_in_camera, offset_m, source_in_camera: source, fan_rad: 2.0 }
+        };
+        Rig {
+            camera: Camera {
+                width_px: 640,
+                height_px: 480,
+                focal_px: [400.0; 2],
+                centre_px: [319.5, 239.5],
+                distortion: Distortion::NONE,
+            },
+            mount: Mount { position_in_base_m: Point3::new(0.12, 0.0, 0.1), roll_rad: 0.0, rest: MountAngles::default() },
+            lasers: vec![laser("low", 0.06, 0.1), laser("high", -0.06, -0.1)],
+            line: LineWidth { width_m: 0.002, growth_rad: 0.004 },
+        }
+    }
+
+    /// Fits the left wall, 0.25 m from the camera, to stripes whose centres are off by `error(laser, column)`, in pixels.
+    fn fitted(error: impl Fn(usize, usize) -> f64) -> Plane {
+        let (rig, wall) = (rig(), Vector3::new(-4.0, 0.0, 0.0));
+        let projector = Projector::new(&rig, 0.6, 0.8);
+        let upright = Upright::new(rig.mount.base_from_camera(rig.mount.rest));
+        let mut points = Vec::new();
+        for laser in 0..2 {
+            for x in 20..220 {
+                let stripe = projector.stripe(laser, &wall, x as f64, 240.0).expect("a stripe");
+                let y_px = stripe.y_px + error(laser, x);
+                let ray = projector.ray(x as f64, y_px);
+                points.push(Point {
+                    x_px: x as f64,
+                    y_px,
+                    sigma_px: SIGMA_PX,
+                    ray,
+                    inverse_depth: projector.lasers[laser].inverse_plane.dot(&ray),
+                    ray_by_y: projector.ray_by_scan(&ray)[1],
+                    laser,
+                    thickness_px: stripe.sigma_px,
+                    common_px: 0.0,
+                    counts_px: SIGMA_PX,
+                    off_px: 0.0,
+                    misses: 0,
+                });
+            }
+        }
+        fit(Wall::Left, &wall, &points, &projector, &upright, &PRIORS).expect("a plane")
+    }
+
+    /// As large as stated, and of another sign at each column.
+    fn white(x: usize) -> f64 {
+        if x.is_multiple_of(2) { SIGMA_PX } else { -SIGMA_PX }
+    }
+
+    #[test]
+    fn without_errors_the_plane_is_the_wall() {
+        let plane = fitted(|_, _| 0.0);
+        assert!((plane.m - Vector3::new(-4.0, 0.0, 0.0)).norm() < 1e-9, "{:?}", plane.m);
+        assert!(plane.disagreement < 1e-9);
+    }
+
+    /// An error that a stripe's centres have in common is allowed for once, by its own prior: it is no sign that neighbours err alike.
+    #[test]
+    fn a_common_error_does_not_count_twice() {
+        let (even, offset) = (fitted(|_, x| white(x)), fitted(|laser, x| white(x) + [0.05, -0.05][laser]));
+        let ratio = offset.covariance.trace() / even.covariance.trace();
+        assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
+    }
+
+    /// Errors that are the same over 25 columns count as those of so many fewer centres.
+    #[test]
+    fn errors_that_neighbours_share_make_the_plane_less_sure() {
+        let (even, alike) = (fitted(|_, x| white(x)), fitted(|_, x| white(x / 25)));
+        let ratio = alike.covariance.trace() / even.covariance.trace();
+        // Up to 25 times, less what the priors know.
+        assert!((2.0..25.0).contains(&ratio), "{ratio}");
+    }
+}
