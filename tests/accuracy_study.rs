@@ -6,6 +6,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use ductloop::accuracy::carry_out;
+use ductloop::accuracy::figures::Figures;
 use ductloop::accuracy::trial::SIDES;
 use ductloop::accuracy::verdict::document;
 use ductloop::scenario::accuracy_file::AccuracyFile;
@@ -98,22 +99,24 @@ fn the_studies_of_the_library_are_sound() {
 }
 
 /// Readings of `accuracy.toml`'s first poses by the robust pipeline with `incra1`, whose stripes are thick.
-fn thick_stripes(settings: &[&str]) -> ductloop::accuracy::figures::Figures {
+fn thick_stripes(settings: &[&str]) -> Figures {
     let set = ["poses.count=24", "pipelines=[\"robust\"]", "grid.sensor.preset=[\"incra1\"]"];
     let set = set.iter().chain(settings).map(|setting| (*setting).to_owned()).collect();
     let path = Path::new("scenarios/studies/accuracy.toml");
     let file = AccuracyFile::read(path, &Overlays { set, ..Overlays::default() }).unwrap_or_else(|wrong| panic!("{wrong}"));
-    let trials = carry_out(&file, 2, |_| ControlFlow::Continue(())).unwrap().unwrap();
-    trials.figures(None, Pipeline::Robust)
+    match carry_out(&file, 2, |_| ControlFlow::Continue(())) {
+        Ok(Some(trials)) => trials.figures(None, Pipeline::Robust),
+        other => panic!("{other:?}"),
+    }
 }
 
 /// The light of a thick stripe on a matt wall moves its middle by 0.08 px and the wall by 0.4 mm RMS, all one way: that is taken out.
-/// 500 poses have a bias of -0.016 mm and 0.11 mm RMS; of 24, three times the deviation of their mean is 0.07 mm more.
+/// These 24 poses are left with a bias of -0.003 mm and 0.100 mm RMS; taken out the wrong way round they have 0.078 and 0.148 mm.
 #[test]
 fn what_a_matt_wall_does_to_a_thick_stripe_is_taken_out() {
     let wall = thick_stripes(&[]).wall_distance;
     let (bias_m, rms_m) = (wall.bias().unwrap(), wall.rms().unwrap());
-    assert!(bias_m.abs() < 0.09e-3 && rms_m < 0.25e-3, "{bias_m} {rms_m}");
+    assert!(bias_m.abs() < 0.04e-3 && rms_m < 0.12e-3, "{bias_m} {rms_m}");
 }
 
 /// At seven times the exposure most of each stripe is full, and seems thicker than it is. Taken at its word it is the other laser's on a
