@@ -56,6 +56,8 @@ pub mod stage_picture;
 pub mod stage_scores;
 mod stream;
 #[cfg(feature = "cli")]
+pub mod sweep;
+#[cfg(feature = "cli")]
 pub mod truth_picture;
 pub mod viewpoint;
 

@@ -86,6 +86,11 @@ impl Verdict {
         }
     }
 
+    /// By its word in files.
+    pub fn of(word: &str) -> Option<Self> {
+        [Self::Pass, Self::Fail, Self::Error, Self::Timeout].into_iter().find(|verdict| verdict.word() == word)
+    }
+
     /// The word for it in files.
     pub fn word(self) -> &'static str {
         match self {
@@ -117,6 +122,25 @@ fn settled<'a>(scenario: &'a Scenario) -> impl Fn(&&'a FrameRecord) -> bool + 'a
 }
 
 impl Metrics {
+    /// Metrics that are numbers and bear on the result, by their names in the summary: all but `completed`, `end_state` and what
+    /// depends on the machine.
+    pub const NUMBERS: [&str; 14] = [
+        "distance_m",
+        "sim_time_s",
+        "lateral_rms_m",
+        "lateral_max_m",
+        "heading_rms_rad",
+        "heading_max_rad",
+        "lateral_estimate_rms_m",
+        "heading_estimate_rms_rad",
+        "estimates_valid",
+        "collisions",
+        "contact_speed_max_m_s",
+        "min_clearance_m",
+        "junctions_taken",
+        "control_effort",
+    ];
+
     /// The figures of a run that took `wall_time_s`.
     pub fn of(scenario: &Scenario, run: &RunRecord, wall_time_s: Option<f64>) -> Self {
         let tracked = || run.frames.iter().filter(settled(scenario));

@@ -25,6 +25,8 @@ mod render;
 mod renderers;
 #[path = "command_line/same_seed.rs"]
 mod same_seed;
+#[path = "command_line/sweep.rs"]
+mod sweep;
 #[path = "command_line/verdicts.rs"]
 mod verdicts;
 #[path = "command_line/workshop.rs"]

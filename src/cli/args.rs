@@ -17,6 +17,7 @@ Examples:
   ductloop run scenarios --junit out/junit.xml    every scenario below a folder, for CI
   ductloop render straight --at-s 2 --truth --out frame.png   what the camera sees, and what is the case
   ductloop check scenarios/*.toml                 are these files right?
+  ductloop sweep scenarios/sweeps/duct-width.toml   how wide may the duct be?
   ductloop perceive frame.png --rig scenarios/straight.toml   what the robot would make of a picture
 
 Exit codes:
@@ -51,6 +52,8 @@ pub(crate) enum Command {
     Calibrate(super::calibrate::CalibrateArgs),
     /// Find stripes, walls and the robot's place in picture files, photographs too
     Perceive(super::perceive::PerceiveArgs),
+    /// Vary scenarios over a design of experiments: thousands of runs, and a table at the end
+    Sweep(super::sweep::SweepArgs),
 }
 
 /// What changes a scenario on its way from file to run.
@@ -235,7 +238,7 @@ impl Command {
             Self::Run(_) => Some(Self::RUNS),
             Self::Check(_) => Some(Self::SCENARIOS),
             Self::Perceive(_) => Some(super::perceive::PerceiveArgs::IMAGES),
-            Self::Render(_) | Self::Accuracy(_) | Self::Calibrate(_) | Self::Schema | Self::Bench(_) => None,
+            Self::Render(_) | Self::Accuracy(_) | Self::Calibrate(_) | Self::Schema | Self::Bench(_) | Self::Sweep(_) => None,
         }
     }
 
@@ -249,6 +252,7 @@ impl Command {
             Self::Bench(args) => args.json,
             Self::Calibrate(args) => args.json,
             Self::Perceive(args) => args.json,
+            Self::Sweep(args) => args.json(),
             Self::Schema => false,
         }
     }

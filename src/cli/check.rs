@@ -17,7 +17,7 @@ use super::{accuracy, inputs};
 /// # Errors
 /// Everything that is wrong with any of the files.
 pub(crate) fn command(args: &CheckArgs) -> Result<u8, Problem> {
-    // Studies and gauges that are named are checked as what they are; folders leave them alone.
+    // Studies, sweeps and gauges that are named are checked as what they are; folders leave them alone.
     let kind = |input: &PathBuf| if input.is_file() { inputs::kind(input) } else { None };
     let mut scenarios = Vec::new();
     let mut problems = Problems::default();
@@ -26,6 +26,7 @@ pub(crate) fn command(args: &CheckArgs) -> Result<u8, Problem> {
         let row = match kind(input) {
             Some(FileKind::Accuracy) => study(input, args),
             Some(FileKind::Gauge) => gauge(input, args),
+            Some(FileKind::Sweep) => sweep(input, args),
             _ => {
                 scenarios.push(input.clone());
                 continue;
@@ -65,6 +66,18 @@ pub(crate) fn command(args: &CheckArgs) -> Result<u8, Problem> {
         print_json(&json!({"scenarios": rows, "errors": []}))?;
     }
     Ok(0)
+}
+
+/// A sweep: its row of the document. All of its bases are checked with it, and its points as far as a plan looks at them.
+fn sweep(file: &Path, args: &CheckArgs) -> Result<Value, Problem> {
+    let plan = super::sweep::read(file, &args.overlay, args.quiet)?;
+    let (sweep, points, cases) = (&plan.sweep, plan.points, plan.cases);
+    if !args.quiet && !args.json {
+        let about = if sweep.about.is_empty() { String::new() } else { format!(": {}", sweep.about) };
+        let (file, name, seed, design) = (file.display(), &sweep.name, sweep.seed, sweep.design.word());
+        print(&format!("{file}: ok, `{name}`{about}\n  {design}: {points} points, {cases} cases, seed: {seed}"))?;
+    }
+    Ok(json!({"file": file.display().to_string(), "sweep": sweep.name, "points": points, "cases": cases}))
 }
 
 /// An accuracy study: its row of the document.

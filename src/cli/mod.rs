@@ -2,7 +2,7 @@
 //!
 //! - `args`: what may be typed; - `inputs`: files, folders and names to scenarios, all checked before anything runs;
 //! - `destination`: where results go, checked likewise; - `run`, `render`, `check`, `accuracy`, `calibrate`, `bench`: the commands;
-//! - `progress`, `verdict_table`: what they show while and after; - `rendering`: opening what renders;
+//! - `sweep`: designs of experiments and their steps; - `progress`, `verdict_table`: what they show while and after; - `rendering`: opening what renders;
 //! - `shot`, `truth_files`: what `render` shows and what it writes beside it; - `warnings`: what is hardly meant so;
 //! - `perceive`, `picture_files`, `regions`, `perceived`: picture files through the perception, and what is told of it;
 //! - `problem`: what a command can end with other than its result; - `streams`: standard output and error; - `interrupt`: Ctrl-C.
@@ -30,6 +30,7 @@ mod rendering;
 mod run;
 mod shot;
 mod streams;
+mod sweep;
 mod truth_files;
 mod verdict_table;
 mod warnings;
@@ -57,6 +58,7 @@ pub(crate) fn main() -> u8 {
         Command::Bench(args) => bench::command(args),
         Command::Calibrate(args) => calibrate::command(args),
         Command::Perceive(args) => perceive::command(args),
+        Command::Sweep(args) => sweep::command(args),
     };
     result.unwrap_or_else(|problem| {
         let code = problem.tell();

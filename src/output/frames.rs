@@ -203,7 +203,7 @@ pub fn parquet(frames: &[FrameRecord]) -> Result<Vec<u8>, ParquetError> {
 }
 
 /// A table as a Parquet file, compressed with Snappy.
-pub(super) fn to_parquet(table: &RecordBatch) -> Result<Vec<u8>, ParquetError> {
+pub(crate) fn to_parquet(table: &RecordBatch) -> Result<Vec<u8>, ParquetError> {
     let properties = WriterProperties::builder().set_compression(Compression::SNAPPY).build();
     let mut writer = ArrowWriter::try_new(Vec::new(), table.schema(), Some(properties))?;
     writer.write(table)?;

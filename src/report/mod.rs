@@ -6,7 +6,7 @@
 //! - `key_frames`: what the camera saw and what the navigator made of it;
 //! - `states`: how long the navigator was how sure, and why;
 //! - `thinning`: long series without the points that nobody sees;
-//! - [`accuracy`]: the page of an accuracy study, with its [`heat_map`]s.
+//! - [`accuracy`]: the page of an accuracy study, with its [`heat_map`]s; [`sweep`]: that of a sweep.
 //!
 //! Colours are names in the page's style sheet, so that light, dark and printed pages each have their own.
 
@@ -18,6 +18,7 @@ mod plan;
 pub mod plot;
 mod robot_plan;
 mod states;
+pub mod sweep;
 mod thinning;
 pub mod ticks;
 mod unrolled;

@@ -9,6 +9,7 @@
 //! - `presets`, `resolve`, `elements`, `faults`: presets beneath, defaults filled in, into the typed [`Scenario`] **as resolved**;
 //! - `cross`: what fields say of each other;
 //! - [`accuracy_file`]: a file of kind `accuracy`, which holds a scenario, a grid over its fields and poses to draw;
+//! - [`sweep_file`]: a file of kind `sweep`: base scenarios and what is varied of them;
 //! - [`diagnostic`]: every error found, for people and for programs;
 //! - `rig_file`: a sensor without a scenario around it;
 //! - `write`: a resolved scenario as a file again; [`schema`]: the format for editors.
@@ -31,6 +32,7 @@ mod resolve;
 mod rig_file;
 mod schema;
 mod source;
+pub mod sweep_file;
 mod tree;
 mod typed;
 mod unknown_key;

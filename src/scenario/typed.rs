@@ -33,6 +33,13 @@ impl Typed {
         typed
     }
 
+    /// From a text with single fields laid over it, as by `--set`.
+    pub(super) fn from_text_with<'s>(file: &str, text: &str, set: impl Iterator<Item = &'s String>) -> Self {
+        let mut typed = Self::from_text(file, text);
+        set.for_each(|set| typed.lay_setting(set));
+        typed
+    }
+
     /// From files, each prepared by itself and laid over those before it.
     pub(super) fn of_files(paths: &[impl AsRef<Path>], prepare: fn(&mut Table)) -> Self {
         let mut typed = Self::default();
@@ -54,13 +61,15 @@ impl Typed {
         for with in &overlays.with {
             typed.lay_file(format!("--with {}", with.display()), with);
         }
-        for set in &overlays.set {
-            let source = typed.sources.add(format!("--set {set}"), set);
-            if let Err(finding) = overlay::set(&mut typed.root, &typed.sources, source) {
-                typed.findings.push(finding);
-            }
-        }
+        overlays.set.iter().for_each(|set| typed.lay_setting(set));
         typed
+    }
+
+    fn lay_setting(&mut self, set: &str) {
+        let source = self.sources.add(format!("--set {set}"), set);
+        if let Err(finding) = overlay::set(&mut self.root, &self.sources, source) {
+            self.findings.push(finding);
+        }
     }
 
     fn lay_file(&mut self, label: String, path: &Path) {

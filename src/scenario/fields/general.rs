@@ -18,7 +18,7 @@ pub(super) const FIELDS: &[Field] = &[
     Field::new(KIND, Kind::Word(&["scenario"]), Slot::Fixed("\"scenario\""))
         .required("\"scenario\"")
         .refuse(&[
-            ("sweep", "this file is a sweep, a list of many runs, and cannot be read as one scenario"),
+            ("sweep", "this file is a sweep, a list of many runs: `ductloop sweep FILE` carries it out"),
             ("study", "this file is a study, a search over many runs, and cannot be read as one scenario"),
             ("accuracy", "this file is an accuracy study, a grid of poses: `ductloop accuracy FILE` carries it out"),
             ("gauge", "this file is an experiment with a block gauge: `ductloop calibrate --gauge FILE` carries it out"),

@@ -1,0 +1,549 @@
+//! The keys of a sweep file, each value against what it must be.
+
+use super::factor::between;
+use super::{
+    Design, Factor, Finding, Level, Levels, MOST_LEVELS, MOST_REPLICATES, MOST_SAMPLES, MOST_SOBOL, Span, StopRule, SweepFile,
+    SweepPass, settings,
+};
+use crate::metrics::Metrics;
+use crate::scenario::check::{NAME_RULE, is_name};
+use crate::scenario::fields::{self, Field, Kind};
+use crate::scenario::tree::{Entry, Node, Table, Value};
+use crate::scenario::unknown_key::nearest;
+use crate::scenario::value;
+
+/// The word of [`fields::KIND`] for these files.
+const KIND: &str = "sweep";
+/// Keys at the top.
+const KEYS: [&str; 16] = [
+    "format",
+    "kind",
+    "name",
+    "about",
+    "seed",
+    "base",
+    "design",
+    "samples",
+    "replicates",
+    "common_random_numbers",
+    "metrics",
+    "wall_limit_s",
+    "factor",
+    "scenario",
+    "stop",
+    "pass",
+];
+/// Keys that a factor's table may have.
+const FACTOR: [&str; 8] = ["from", "to", "levels", "scale", "mean", "deviation", "least", "most"];
+/// How a factor is written.
+const FACTOR_HELP: &str = "as in `duct.width_m = [0.3, 0.5]`, `duct.width_m = { from = 0.3, to = 1.2, levels = 10 }` or, where the \
+                           design draws, `sensor.error.pan_deg = { mean = 0.0, deviation = 0.2 }`";
+
+/// A sweep whose bases are still to be read.
+pub(super) struct Read {
+    pub(super) sweep: SweepFile,
+    /// Files of the bases as typed.
+    pub(super) bases: Vec<(String, Span)>,
+}
+
+/// What is read, and what was wrong so far.
+pub(super) struct Reader<'a> {
+    root: &'a Table,
+    pub(super) findings: Vec<Finding>,
+}
+
+impl<'a> Reader<'a> {
+    pub(super) fn new(root: &'a Table) -> Self {
+        Self { root, findings: Vec::new() }
+    }
+
+    fn wrong(&mut self, span: Span, message: impl Into<String>, help: impl Into<String>) {
+        self.findings.push(Finding::new(span, message).help(help));
+    }
+
+    /// The sweep; `None` where the file is none.
+    pub(super) fn sweep(&mut self) -> Option<Read> {
+        if !self.is_sweep() {
+            return None;
+        }
+        for entry in &self.root.entries {
+            if !KEYS.contains(&entry.key.as_str()) {
+                self.unknown(entry, "at the top of the file", &KEYS);
+            }
+        }
+        let bases = self.bases();
+        let design = self.design();
+        let sampled = !matches!(design, Design::Grid | Design::OneAtATime);
+        let factors = self.factors(sampled);
+        if self.root.get("factor").is_none() && sampled {
+            self.wrong(Span::default(), "a design that draws needs a `[factor]` to draw", FACTOR_HELP);
+        }
+        let sweep = SweepFile {
+            name: self.name(),
+            about: self.text("about"),
+            seed: self.integer("seed", [0, i64::MAX / 2], 1).unsigned_abs(),
+            bases: Vec::new(),
+            settings: self.settings(&factors),
+            design,
+            replicates: u32::try_from(self.integer("replicates", [1, MOST_REPLICATES], 1)).unwrap_or(1),
+            common_random_numbers: self.flag("common_random_numbers", true),
+            metrics: self.metrics(),
+            wall_limit_s: self.number(self.root, "wall_limit_s", [1e-3, 1e9]),
+            stop: self.stop(),
+            pass: self.pass(),
+            factors,
+        };
+        Some(Read { sweep, bases })
+    }
+
+    /// Whether the file says that it is one, in a format that is read here.
+    fn is_sweep(&mut self) -> bool {
+        let help = "a sweep has `format = 1` and `kind = \"sweep\"`; a scenario is for `ductloop run`";
+        match self.root.get(fields::KIND) {
+            Some(node) if node.as_text() == Some(KIND) => {}
+            Some(node) => {
+                self.wrong(node.span, "this file is no sweep", help);
+                return false;
+            }
+            None => {
+                self.wrong(Span::default(), "the file does not say its `kind`", help);
+                return false;
+            }
+        }
+        match self.root.get(fields::FORMAT) {
+            Some(node) if node.as_integer() == Some(1) => true,
+            Some(node) => {
+                self.wrong(node.span, "this program reads format 1", help);
+                false
+            }
+            None => {
+                self.wrong(Span::default(), "the file does not say its `format`", help);
+                false
+            }
+        }
+    }
+
+    fn unknown(&mut self, entry: &Entry, place: &str, known: &[&'static str]) {
+        let help = match nearest(&entry.key, known.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None if fields::root().child(&entry.key).is_some() => {
+                format!("fields of a scenario stand in `[scenario]`, as in `[scenario.{}]`", entry.key)
+            }
+            None => format!("known here: {}", known.join(", ")),
+        };
+        self.wrong(entry.key_span, format!("unknown key `{}` {place}", entry.key), help);
+    }
+
+    fn name(&mut self) -> String {
+        match self.root.get("name") {
+            Some(node) => match node.as_text().filter(|text| is_name(text)) {
+                Some(text) => return text.to_owned(),
+                None => self.wrong(node.span, "`name` is not a name", NAME_RULE),
+            },
+            None => self.wrong(Span::default(), "missing `name`", "as in `name = \"duct-width\"`: it names the folder, too"),
+        }
+        String::new()
+    }
+
+    fn text(&mut self, key: &str) -> String {
+        match self.root.get(key).map(|node| (node.as_text(), node.span)) {
+            Some((Some(text), _)) => text.to_owned(),
+            Some((None, span)) => {
+                self.wrong(span, format!("`{key}` is a text"), "put it between double quotes");
+                String::new()
+            }
+            None => String::new(),
+        }
+    }
+
+    fn integer(&mut self, key: &str, [least, most]: [i64; 2], default: i64) -> i64 {
+        let Some(node) = self.root.get(key) else { return default };
+        match node.as_integer().filter(|value| (least..=most).contains(value)) {
+            Some(value) => value,
+            None => {
+                self.wrong(
+                    node.span,
+                    format!("`{key}` is a whole number from {least} to {most}"),
+                    format!("as in `{key} = {default}`"),
+                );
+                default
+            }
+        }
+    }
+
+    fn flag(&mut self, key: &str, default: bool) -> bool {
+        match self.root.get(key).map(|node| (&node.value, node.span)) {
+            Some((Value::Flag(flag), _)) => *flag,
+            Some((_, span)) => {
+                self.wrong(span, format!("`{key}` is true or false"), format!("as in `{key} = {default}`"));
+                default
+            }
+            None => default,
+        }
+    }
+
+    /// A number within bounds, if there is one.
+    fn number(&mut self, table: &Table, key: &str, [least, most]: [f64; 2]) -> Option<f64> {
+        let node = table.get(key)?;
+        let number = node.as_number().filter(|value| (least..=most).contains(value));
+        if number.is_none() {
+            let message = format!("`{key}` is a number from {} to {}", value::shown(least), value::shown(most));
+            self.wrong(node.span, message, format!("as in `{key} = {}`", value::shown(least.max(0.0).max(most.min(1.0)))));
+        }
+        number
+    }
+
+    fn bases(&mut self) -> Vec<(String, Span)> {
+        const HELP: &str = "as in `base = \"../straight.toml\"`, from this file's folder, or an array of several";
+        let Some(node) = self.root.get("base") else {
+            self.wrong(Span::default(), "missing `base`: the scenario that is varied", HELP);
+            return Vec::new();
+        };
+        let nodes = match &node.value {
+            Value::List(list) if !list.is_empty() => list.as_slice(),
+            _ => std::slice::from_ref(node),
+        };
+        let mut bases = Vec::new();
+        for node in nodes {
+            match node.as_text().filter(|text| !text.is_empty()) {
+                Some(text) if bases.iter().any(|(other, _)| other == text) => {
+                    self.wrong(node.span, "this base is named twice", "keep one of the two");
+                }
+                Some(text) => bases.push((text.to_owned(), node.span)),
+                None => self.wrong(node.span, "a base is a scenario file", HELP),
+            }
+        }
+        bases
+    }
+
+    fn design(&mut self) -> Design {
+        const WORDS: [&str; 5] = ["grid", "one-at-a-time", "sobol", "latin-hypercube", "random"];
+        let (word, span) = match self.root.get("design") {
+            None => ("grid", Span::default()),
+            Some(node) => (node.as_text().unwrap_or_default(), node.span),
+        };
+        let most = if word == "sobol" { MOST_SOBOL } else { MOST_SAMPLES };
+        let samples = |reader: &mut Self| {
+            if reader.root.get("samples").is_none() {
+                reader.wrong(span, format!("design \"{word}\" needs its number of points"), "as in `samples = 64`");
+            }
+            reader.integer("samples", [1, most], 1).unsigned_abs()
+        };
+        let design = match word {
+            "grid" => Design::Grid,
+            "one-at-a-time" => Design::OneAtATime,
+            "sobol" => Design::Sobol { samples: samples(self) },
+            "latin-hypercube" => Design::LatinHypercube { samples: samples(self) },
+            "random" => Design::Random { samples: samples(self) },
+            _ => {
+                let guess = nearest(word, WORDS.into_iter()).map_or(String::new(), |near| format!("did you mean \"{near}\"? "));
+                self.wrong(span, "there is no such design", format!("{guess}designs: {}", WORDS.join(", ")));
+                Design::Grid
+            }
+        };
+        if let (Design::Grid | Design::OneAtATime, Some(node)) = (design, self.root.get("samples")) {
+            let message = format!("design \"{}\" takes the values that its factors list, not `samples`", design.word());
+            self.wrong(node.span, message, "leave it out, or choose `design = \"sobol\"`, `\"latin-hypercube\"` or `\"random\"`");
+        }
+        design
+    }
+
+    fn factors(&mut self, sampled: bool) -> Vec<Factor> {
+        let mut factors = Vec::new();
+        if let Some(entry) = self.root.entry("factor")
+            && let Some(table) = self.table(entry)
+        {
+            self.factors_of("", table, sampled, &mut factors);
+            if table.entries.is_empty() {
+                self.wrong(entry.key_span, "`[factor]` is empty: nothing is varied", FACTOR_HELP);
+            }
+        }
+        factors
+    }
+
+    /// Tables are steps of a path until it is a field's; what stands there says its values.
+    fn factors_of(&mut self, path: &str, table: &Table, sampled: bool, factors: &mut Vec<Factor>) {
+        for entry in &table.entries {
+            let path = if path.is_empty() { entry.key.clone() } else { format!("{path}.{}", entry.key) };
+            match (fields::field(&path), &entry.node.value) {
+                (Some(field), _) if ["format", "kind", "name", "about", "seed"].contains(&field.path) => {
+                    let message = format!("`{path}` cannot be varied");
+                    let help = match field.path {
+                        "seed" => "`replicates` repeats every point with seeds of its own".to_owned(),
+                        _ => format!("it says what the file is, not what is simulated; {FACTOR_HELP}"),
+                    };
+                    self.wrong(entry.key_span, message, help);
+                }
+                (Some(field), _) => {
+                    if let Some(levels) = self.levels(field, &path, entry, sampled) {
+                        factors.push(Factor { path, unit: field.unit.to_owned(), levels });
+                    }
+                }
+                (None, Value::Table(inner)) => self.factors_of(&path, inner, sampled, factors),
+                (None, _) => {
+                    let near = nearest(&path, fields::fields().map(|field| field.path));
+                    let guess = near.map_or(String::new(), |near| format!("did you mean `{near}`? "));
+                    let help = format!(
+                        "{guess}`ductloop schema` lists all fields; an index stands within quotes, as in \
+                                        `\"duct.run[0].straight_m\"`"
+                    );
+                    self.wrong(entry.key_span, format!("`{path}` names no field of a scenario"), help);
+                }
+            }
+        }
+    }
+
+    fn levels(&mut self, field: &Field, path: &str, entry: &Entry, sampled: bool) -> Option<Levels> {
+        let before = self.findings.len();
+        let levels = match &entry.node.value {
+            Value::List(list) if !list.is_empty() => {
+                let levels = list.iter().map(|node| self.level(field, path, node)).collect();
+                if self.findings.len() == before {
+                    self.told_apart(path, list);
+                }
+                Levels::List(levels)
+            }
+            Value::Table(table) => self.spread(field, path, entry, table, sampled)?,
+            _ => {
+                self.wrong(entry.node.span, format!("`{path}` needs the values that it takes, one at least"), FACTOR_HELP);
+                return None;
+            }
+        };
+        (self.findings.len() == before).then_some(levels)
+    }
+
+    /// Says which value stands twice in a list.
+    fn told_apart(&mut self, path: &str, list: &[Node]) {
+        for (index, node) in list.iter().enumerate() {
+            if list[..index].iter().any(|other| settings::toml(other) == settings::toml(node)) {
+                self.wrong(node.span, format!("`{path}` has this value twice"), "keep one; `replicates` repeats a point");
+            }
+        }
+    }
+
+    /// One value, as the field takes it.
+    fn level(&mut self, field: &Field, path: &str, node: &Node) -> Level {
+        self.findings.extend(value::wrong(field, path, node));
+        match (field.kind, &node.value) {
+            (Kind::Integer { .. } | Kind::Choice(_), Value::Integer(value)) => Level::Integer(*value),
+            (_, Value::Number(_) | Value::Integer(_)) => Level::Number(node.as_number().unwrap_or_default()),
+            _ => Level::Toml(settings::toml(node)),
+        }
+    }
+
+    /// A range or a distribution.
+    fn spread(&mut self, field: &Field, path: &str, entry: &Entry, table: &Table, sampled: bool) -> Option<Levels> {
+        for inner in &table.entries {
+            if !FACTOR.contains(&inner.key.as_str()) {
+                self.unknown(inner, &format!("in factor `{path}`"), &FACTOR);
+            }
+        }
+        let (bounds, whole) = match field.kind {
+            Kind::Number { min, max } | Kind::NumberOr { min, max, .. } | Kind::Numbers { min, max, single: true, .. } => {
+                ([min, max], false)
+            }
+            Kind::Integer { min, max } => ([min as f64, max as f64], true),
+            _ => {
+                self.wrong(entry.node.span, format!("`{path}` has no numbers between: list its values"), FACTOR_HELP);
+                return None;
+            }
+        };
+        if table.get("mean").is_some() || table.get("deviation").is_some() {
+            return self.normal(path, entry, table, bounds, whole, sampled);
+        }
+        let end = |reader: &mut Self, key: &str| match table.get(key) {
+            Some(node) => {
+                reader.findings.extend(value::wrong(field, path, node));
+                node.as_number()
+            }
+            None => {
+                reader.wrong(entry.node.span, format!("factor `{path}` has no `{key}`"), FACTOR_HELP);
+                None
+            }
+        };
+        let (from, to) = (end(self, "from"), end(self, "to"));
+        let (from, to) = (from?, to?);
+        for key in ["least", "most"] {
+            if let Some(inner) = table.entry(key) {
+                self.wrong(inner.key_span, format!("`{key}` cuts off a distribution, and `{path}` is a range"), FACTOR_HELP);
+            }
+        }
+        if from >= to {
+            self.wrong(entry.node.span, format!("`{path}` goes from {from} to {to}: the smaller one comes first"), FACTOR_HELP);
+            return None;
+        }
+        let log = self.is_log(path, table, from)?;
+        let Some(node) = table.get("levels") else {
+            if !sampled {
+                let message = format!("factor `{path}` is a range without `levels`, and the design draws none");
+                self.wrong(entry.node.span, message, FACTOR_HELP);
+            }
+            return Some(Levels::Range { from, to, log, whole });
+        };
+        let Some(count) = node.as_integer().and_then(|n| usize::try_from(n).ok()).filter(|n| (2..=MOST_LEVELS).contains(n))
+        else {
+            self.wrong(node.span, format!("`levels` is a whole number from 2 to {MOST_LEVELS}"), FACTOR_HELP);
+            return None;
+        };
+        let value = |i: usize| between(from, to, log, i as f64 / (count - 1) as f64);
+        let mut levels: Vec<Level> = if whole {
+            (0..count).map(|i| Level::Integer(value(i).round() as i64)).collect()
+        } else {
+            // What a person would have typed: 0.7 for 0.7000000000000001.
+            (0..count).map(|i| Level::Number(format!("{:.11e}", value(i)).parse().unwrap_or_default())).collect()
+        };
+        levels.dedup();
+        Some(Levels::List(levels))
+    }
+
+    fn normal(
+        &mut self,
+        path: &str,
+        entry: &Entry,
+        table: &Table,
+        bounds: [f64; 2],
+        whole: bool,
+        sampled: bool,
+    ) -> Option<Levels> {
+        if !sampled {
+            let message = format!("factor `{path}` is a distribution, and a design that lists its points draws none");
+            self.wrong(
+                entry.node.span,
+                message,
+                "choose `design = \"sobol\"`, `\"latin-hypercube\"` or `\"random\"`, or list values",
+            );
+        }
+        if whole {
+            self.wrong(entry.node.span, format!("`{path}` takes whole numbers: a normal distribution has none"), FACTOR_HELP);
+        }
+        for key in ["from", "to", "levels", "scale"] {
+            if let Some(inner) = table.entry(key) {
+                let message = format!("`{key}` is of a range, and `{path}` is a normal distribution");
+                self.wrong(inner.key_span, message, "`mean`, `deviation` and, to cut it off, `least` and `most`");
+            }
+        }
+        let mean = self.number(table, "mean", bounds);
+        let deviation = self.number(table, "deviation", [f64::MIN_POSITIVE, 1e12]);
+        let within = [self.number(table, "least", bounds), self.number(table, "most", bounds)];
+        for (key, value) in [("mean", mean), ("deviation", deviation)] {
+            if value.is_none() && table.get(key).is_none() {
+                self.wrong(entry.node.span, format!("factor `{path}` has no `{key}`"), FACTOR_HELP);
+            }
+        }
+        let (mean, deviation) = (mean?, deviation?);
+        let [least, most] = [within[0].unwrap_or(bounds[0]), within[1].unwrap_or(bounds[1])];
+        if !(least..=most).contains(&mean) || least >= most {
+            self.wrong(entry.node.span, format!("the mean of `{path}` lies beyond `least` and `most`"), FACTOR_HELP);
+        }
+        Some(Levels::Normal { mean, deviation, within: [least, most] })
+    }
+
+    /// Whether a range has even steps in the logarithm.
+    fn is_log(&mut self, path: &str, table: &Table, from: f64) -> Option<bool> {
+        let Some(node) = table.get("scale") else { return Some(false) };
+        match node.as_text() {
+            Some("linear") => Some(false),
+            Some("log") if from > 0.0 => Some(true),
+            Some("log") => {
+                self.wrong(node.span, format!("`{path}` begins at {from}, which has no logarithm"), "begin above zero");
+                None
+            }
+            _ => {
+                self.wrong(node.span, "`scale` is \"linear\" or \"log\"", FACTOR_HELP);
+                None
+            }
+        }
+    }
+
+    /// What is laid over every base.
+    fn settings(&mut self, factors: &[Factor]) -> Vec<String> {
+        let Some(entry) = self.root.entry("scenario") else { return Vec::new() };
+        let Some(table) = self.table(entry) else { return Vec::new() };
+        let settings = settings::of(table);
+        for factor in factors {
+            if settings.iter().any(|setting| setting.split_once('=').is_some_and(|(path, _)| path == factor.path)) {
+                let message =
+                    format!("`[factor]` gives `{}` its values, so the one in `[scenario]` would never count", factor.path);
+                self.wrong(entry.key_span, message, "keep one of the two");
+            }
+        }
+        // Checked with each base; these have no meaning in a partial scenario.
+        for key in ["format", "kind", "seed"] {
+            if let Some(entry) = table.entry(key) {
+                self.wrong(entry.key_span, format!("`{key}` cannot be laid over the bases"), "leave it out: the sweep says it");
+            }
+        }
+        settings
+    }
+
+    fn metrics(&mut self) -> Vec<String> {
+        let all = || Metrics::NUMBERS.iter().map(|name| (*name).to_owned()).collect();
+        let Some(node) = self.root.get("metrics") else { return all() };
+        let Some(list) = node.as_list().filter(|list| !list.is_empty()) else {
+            self.wrong(node.span, "`metrics` is an array of names, one at least", "as in `metrics = [\"lateral_rms_m\"]`");
+            return Vec::new();
+        };
+        let mut metrics: Vec<String> = Vec::new();
+        for item in list {
+            let known = item.as_text().and_then(|text| Metrics::NUMBERS.iter().find(|name| **name == text));
+            match known {
+                Some(name) if metrics.iter().any(|other| other == name) => self.wrong(item.span, "named twice", "keep one"),
+                Some(name) => metrics.push((*name).to_owned()),
+                None => {
+                    let text = item.as_text().unwrap_or_default();
+                    let near = nearest(text, Metrics::NUMBERS.into_iter()).map(|near| format!("did you mean \"{near}\"? "));
+                    let help = format!("{}metrics: {}", near.unwrap_or_default(), Metrics::NUMBERS.join(", "));
+                    self.wrong(item.span, "there is no such metric", help);
+                }
+            }
+        }
+        metrics
+    }
+
+    fn stop(&mut self) -> Option<StopRule> {
+        const KEYS: [&str; 2] = ["pass_rate_half_width", "least_replicates"];
+        let entry = self.root.entry("stop")?;
+        let table = self.table(entry)?;
+        for inner in table.entries.iter().filter(|inner| !KEYS.contains(&inner.key.as_str())) {
+            self.unknown(inner, "in [stop]", &KEYS);
+        }
+        let half_width = self.number(table, "pass_rate_half_width", [1e-3, 0.5]);
+        let least = self.number(table, "least_replicates", [1.0, MOST_REPLICATES as f64]);
+        if table.get("pass_rate_half_width").is_none() {
+            self.wrong(entry.key_span, "`[stop]` has no `pass_rate_half_width`", "as in `pass_rate_half_width = 0.1`");
+        }
+        Some(StopRule { pass_rate_half_width: half_width?, least_replicates: least.map_or(1, |least| least as u32) })
+    }
+
+    fn pass(&mut self) -> SweepPass {
+        const KEYS: [&str; 4] = ["pass_rate_min", "point_pass_rate_min", "errors", "timeouts"];
+        let Some(table) = self.root.entry("pass").and_then(|entry| self.table(entry)) else { return SweepPass::default() };
+        for inner in table.entries.iter().filter(|inner| !KEYS.contains(&inner.key.as_str())) {
+            match Metrics::NUMBERS.iter().any(|name| inner.key.starts_with(name.trim_end_matches("_m").trim_end_matches("_rad")))
+            {
+                true => self.wrong(
+                    inner.key_span,
+                    format!("`{}` is a bound on a run, and this `[pass]` is the sweep's", inner.key),
+                    "bounds on each run stand in `[scenario.pass]`",
+                ),
+                false => self.unknown(inner, "in [pass]", &KEYS),
+            }
+        }
+        let count = |reader: &mut Self, key: &str| reader.number(table, key, [0.0, 1e15]).map(|count| count as u64);
+        SweepPass {
+            pass_rate_min: self.number(table, "pass_rate_min", [0.0, 1.0]),
+            point_pass_rate_min: self.number(table, "point_pass_rate_min", [0.0, 1.0]),
+            errors: count(self, "errors"),
+            timeouts: count(self, "timeouts"),
+        }
+    }
+
+    fn table<'e>(&mut self, entry: &'e Entry) -> Option<&'e Table> {
+        let table = entry.node.as_table();
+        if table.is_none() {
+            let message = format!("`{}` is a table, but {} stands here", entry.key, entry.node.value.kind());
+            self.wrong(entry.node.span, message, format!("write `[{}]` on a line of its own, and its keys below", entry.key));
+        }
+        table
+    }
+}

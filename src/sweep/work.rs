@@ -1,0 +1,260 @@
+//! Does what is not done yet, on all cores. Each case has a thread to itself.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use super::case::{CaseHash, Cases};
+use super::ledger::{self, Damaged, WriteError, Writer};
+use super::pass_rate::enough;
+use super::plan::Plan;
+use super::single_case::{self, Attempt};
+use super::store::{Store, StoreError};
+use crate::closed_loop::RunError;
+use crate::engine::Engine;
+use crate::scenario::sweep_file::StopRule;
+
+/// A share of a sweep: every `count`-th point from the one numbered `index`, both from 1. A point is never shared out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// Which one, from 1.
+    pub index: u64,
+    /// Of how many.
+    pub count: u64,
+}
+
+impl Shard {
+    /// The whole sweep.
+    pub const ALL: Self = Self { index: 1, count: 1 };
+
+    /// How many of `points` points it has.
+    pub fn points(self, points: u64) -> u64 {
+        (points + self.count - self.index) / self.count
+    }
+
+    /// The number of its `nth` point.
+    fn point(self, nth: u64) -> u64 {
+        self.index - 1 + nth * self.count
+    }
+}
+
+/// How far the work is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Cases of the shard; with a stopping rule the most that there may be.
+    pub cases: u64,
+    /// Those that are done, here or before.
+    pub done: u64,
+    /// Those done before.
+    pub found: u64,
+    /// Those done of which the verdict is not "pass".
+    pub failed: u64,
+}
+
+/// Why work cannot go on. What is finished is kept.
+#[derive(Debug, thiserror::Error)]
+pub enum WorkError {
+    /// The store cannot be read.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// An outcome cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// What renders was lost.
+    #[error("{0}")]
+    Lost(RunError),
+}
+
+/// What carries the work out.
+#[derive(Clone, Copy, Debug)]
+pub struct Means<'a> {
+    /// Plan to work on.
+    pub plan: &'a Plan,
+    /// Where its results go.
+    pub store: &'a Store,
+    /// What renders.
+    pub engine: &'a Engine,
+    /// Cases at a time.
+    pub threads: usize,
+    /// Name of this machine.
+    pub host: &'a str,
+}
+
+/// Finishes a shard. `damaged` is told of parts that cannot be read, whose cases are done again; `watch` sees the tally after each
+/// case, from any thread, and is asked at every frame of every case whether to go on, with `None`. Broken off, what is finished stays.
+///
+/// # Errors
+/// Where results cannot be read or written, or the graphics adapter is lost.
+pub fn work(
+    means: Means<'_>,
+    shard: Shard,
+    damaged: impl Fn(&Damaged),
+    watch: &(dyn Fn(Option<Tally>) -> ControlFlow<()> + Sync),
+) -> Result<Tally, WorkError> {
+    let cases = means.plan.cases();
+    let mut done = BTreeMap::new();
+    let broken = ledger::read(means.store, |outcome| {
+        done.insert(outcome.hash, outcome.passed());
+    })?;
+    broken.iter().for_each(damaged);
+    ledger::discard(means.store, &broken)?;
+    let points = shard.points(cases.points());
+    let replicates = u64::from(cases.replicates());
+    let tally = Mutex::new(Tally { cases: points * replicates, ..Tally::default() });
+    let crew = Crew {
+        means,
+        cases: &cases,
+        tally: &tally,
+        watch,
+        writer: Mutex::new(Writer::new(means.store)),
+        broken_off: AtomicBool::new(false),
+    };
+    match cases.sweep().stop {
+        // All first replicates, then all second ones: a sweep that is broken off has seen all of its points.
+        None => crew.round(&mut done, points * replicates, |nth| (shard.point(nth % points), (nth / points) as u32))?,
+        Some(rule) => by_rounds(&crew, &rule, &mut done, &(0..points).map(|nth| shard.point(nth)).collect::<Vec<_>>())?,
+    }
+    let mut writer = crew.writer.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+    writer.pack()?;
+    let tally = *tally.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    Ok(tally)
+}
+
+/// Replicates of the points that have not had enough, a few at a time. Which count is for [`super::table`] to say, by the same rule.
+fn by_rounds(crew: &Crew<'_>, rule: &StopRule, done: &mut BTreeMap<CaseHash, bool>, points: &[u64]) -> Result<(), WorkError> {
+    let replicates = crew.cases.replicates();
+    let mut open: Vec<u64> = points.to_vec();
+    let mut next = 0;
+    while next < replicates && !open.is_empty() && !crew.broken_off.load(Ordering::Relaxed) {
+        // Enough for every thread to have something.
+        let ahead = crew.means.threads.div_ceil(open.len()) as u32;
+        let ahead = ahead.max(if next == 0 { rule.least_replicates } else { 1 }).min(replicates - next);
+        let count = open.len() as u64;
+        crew.round(done, count * u64::from(ahead), |nth| (open[(nth % count) as usize], next + (nth / count) as u32))?;
+        next += ahead;
+        open.retain(|point| {
+            let known = (0..next).map_while(|replicate| done.get(&crew.cases.replicate(*point, replicate).hash).copied());
+            enough(rule, known).is_none()
+        });
+    }
+    Ok(())
+}
+
+/// Threads at work.
+struct Crew<'a> {
+    means: Means<'a>,
+    cases: &'a Cases<'a>,
+    tally: &'a Mutex<Tally>,
+    watch: &'a (dyn Fn(Option<Tally>) -> ControlFlow<()> + Sync),
+    writer: Mutex<Writer<'a>>,
+    broken_off: AtomicBool,
+}
+
+impl Crew<'_> {
+    /// Does `count` cases, of which `which` says point and replicate, and notes them as done.
+    fn round(
+        &self,
+        done: &mut BTreeMap<CaseHash, bool>,
+        count: u64,
+        which: impl Fn(u64) -> (u64, u32) + Sync,
+    ) -> Result<(), WorkError> {
+        let next = AtomicU64::new(0);
+        let known = &*done;
+        let (which, next) = (&which, &next);
+        let threads = (self.means.threads.max(1) as u64).min(count);
+        let results: Vec<Result<Vec<_>, WorkError>> = std::thread::scope(|scope| {
+            let crew: Vec<_> = (0..threads).map(|_| scope.spawn(move || self.hand(known, next, count, which))).collect();
+            crew.into_iter().map(|hand| hand.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
+        });
+        for result in results {
+            done.extend(result?);
+        }
+        Ok(())
+    }
+
+    /// One thread: takes the next case until there are none.
+    fn hand(
+        &self,
+        known: &BTreeMap<CaseHash, bool>,
+        next: &AtomicU64,
+        count: u64,
+        which: &(impl Fn(u64) -> (u64, u32) + Sync),
+    ) -> Result<Vec<(CaseHash, bool)>, WorkError> {
+        let mut finished = Vec::new();
+        while !self.broken_off.load(Ordering::Relaxed) {
+            let nth = next.fetch_add(1, Ordering::Relaxed);
+            if nth >= count {
+                break;
+            }
+            let (point, replicate) = which(nth);
+            let case = self.cases.replicate(point, replicate);
+            if let Some(passed) = known.get(&case.hash) {
+                self.tell(*passed, true);
+                continue;
+            }
+            let Means { plan, engine, host, .. } = self.means;
+            match single_case::run(&plan.sweep, &case, engine, host, || self.go_on()) {
+                Attempt::Over(outcome) => {
+                    let passed = outcome.passed();
+                    finished.push((case.hash, passed));
+                    self.put(*outcome)?;
+                    self.tell(passed, false);
+                }
+                Attempt::BrokenOff => break,
+                Attempt::Lost(error) => {
+                    self.broken_off.store(true, Ordering::Relaxed);
+                    return Err(WorkError::Lost(error));
+                }
+            }
+        }
+        Ok(finished)
+    }
+
+    fn put(&self, outcome: super::outcome::Outcome) -> Result<(), WorkError> {
+        let mut writer = self.writer.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        writer.put(outcome).inspect_err(|_| self.broken_off.store(true, Ordering::Relaxed))?;
+        Ok(())
+    }
+
+    /// Counts a case.
+    fn tell(&self, passed: bool, found: bool) {
+        let tally = {
+            let mut tally = self.tally.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+            tally.done += 1;
+            tally.found += u64::from(found);
+            tally.failed += u64::from(!passed);
+            *tally
+        };
+        if (self.watch)(Some(tally)).is_break() {
+            self.broken_off.store(true, Ordering::Relaxed);
+        }
+    }
+
+    fn go_on(&self) -> ControlFlow<()> {
+        if (self.watch)(None).is_break() || self.broken_off.load(Ordering::Relaxed) {
+            self.broken_off.store(true, Ordering::Relaxed);
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shards_have_every_point_once() {
+        for (points, count) in [(10, 3), (2, 5), (7, 1), (0, 4)] {
+            let mut all: Vec<u64> = (1..=count)
+                .flat_map(|index| {
+                    let shard = Shard { index, count };
+                    (0..shard.points(points)).map(move |nth| shard.point(nth))
+                })
+                .collect();
+            all.sort_unstable();
+            assert_eq!(all, (0..points).collect::<Vec<_>>(), "{points} over {count}");
+        }
+    }
+}
