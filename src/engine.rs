@@ -82,6 +82,11 @@ impl Threads {
         Self { all: std::thread::available_parallelism().map_or(1, usize::from) }
     }
 
+    /// Those of one run where `jobs` go on at once: at least one.
+    pub fn shared_among(self, jobs: usize) -> Self {
+        Self { all: (self.all / jobs.max(1)).max(1) }
+    }
+
     /// How a run is carried out.
     pub fn pace(self) -> Pace {
         if self.all > 1 { Pace::Overlapped } else { Pace::Alone }
@@ -103,5 +108,11 @@ mod tests {
         assert_eq!(used(1), (Pace::Alone, 1));
         assert_eq!(used(2), (Pace::Overlapped, 1));
         assert_eq!(used(5), (Pace::Overlapped, 4));
+    }
+
+    #[test]
+    fn runs_that_go_on_at_once_share_the_threads_and_each_has_one() {
+        let each = |all: usize, jobs: usize| Threads { all }.shared_among(jobs).all;
+        assert_eq!([each(8, 1), each(8, 2), each(8, 3), each(8, 8), each(2, 5), each(4, 0)], [8, 4, 2, 1, 1, 4]);
     }
 }

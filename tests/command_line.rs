@@ -13,6 +13,8 @@ mod folders;
 mod inputs;
 #[path = "command_line/interrupts.rs"]
 mod interrupts;
+#[path = "command_line/jobs.rs"]
+mod jobs;
 #[path = "command_line/other_commands.rs"]
 mod other_commands;
 #[path = "command_line/own_navigator.rs"]
@@ -25,6 +27,8 @@ mod render;
 mod renderers;
 #[path = "command_line/same_seed.rs"]
 mod same_seed;
+#[path = "command_line/seeds.rs"]
+mod seeds;
 #[path = "command_line/sweep.rs"]
 mod sweep;
 #[path = "command_line/verdicts.rs"]

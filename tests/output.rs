@@ -380,7 +380,8 @@ fn junit_tells_failure_error_and_limit_apart() {
     let lost = failed.clone().broken_off(Verdict::Error, "lost \u{1b}[31m<device>");
     let late = failed.clone().broken_off(Verdict::Timeout, "the wall-clock limit of 2 s was reached");
     let reasons = failed.reasons.iter().map(|reason| words::reason(&scenario, &failed.metrics, reason)).collect();
-    let case = |summary, name| Case { summary, name, reasons: Vec::new(), report: Some("out/made-up/report.html".as_ref()) };
+    let report = Some("out/made-up/report.html".as_ref());
+    let case = |summary, name| Case { summary, name, reasons: Vec::new(), report, allowed: None };
     let cases = [case(&passed, "a"), Case { reasons, ..case(&failed, "b") }, case(&lost, "c"), case(&late, "d")];
     let text = junit(&cases).expect("XML");
     assert!(text.contains(r#"<testsuite name="ductloop" tests="4" skipped="0" errors="2" failures="1" time="6.000">"#), "{text}");
@@ -391,6 +392,14 @@ fn junit_tells_failure_error_and_limit_apart() {
     assert!(text.contains(r#"<error message="lost &lt;device&gt;" type="error">"#), "{text}");
     assert!(text.contains(r#"type="timeout""#) && text.contains("out/made-up/report.html"), "{text}");
     assert!(text.contains("least clearance: "), "{text}");
+
+    // An allowance covers failures, and nothing else.
+    let covered = cases.clone().map(|case| Case { allowed: Some("allowed, as 9 of 10 passed"), ..case });
+    let skipped = junit(&covered).expect("XML");
+    assert!(skipped.contains(r#"tests="4" skipped="1" errors="2" failures="0""#), "{skipped}");
+    let words =
+        r#"<skipped message="allowed, as 9 of 10 passed: Collisions: 1, first at 6.7 s; it must be at most 0." type="allowed">"#;
+    assert!(skipped.contains(words), "{skipped}");
 
     let out = tempfile::tempdir().expect("a temporary folder");
     let path = out.path().join("deep/junit.xml");

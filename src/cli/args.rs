@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use ductloop_sensor::optics::Bits;
 
+use super::seeds::{self, Seeds};
+
 /// A physics-simulated, closed-loop testbed for robots that inspect and clean rectangular air ducts.
 #[derive(Debug, Parser)]
 #[command(
@@ -15,6 +17,7 @@ use ductloop_sensor::optics::Bits;
 Examples:
   ductloop run scenarios/straight.toml            a run; its report is out/straight/report.html
   ductloop run scenarios --junit out/junit.xml    every scenario below a folder, for CI
+  ductloop run straight --seeds 1..20 --jobs 2    twenty seeds, two at a time
   ductloop render straight --at-s 2 --truth --out frame.png   what the camera sees, and what is the case
   ductloop check scenarios/*.toml                 are these files right?
   ductloop sweep scenarios/sweeps/duct-width.toml   how wide may the duct be?
@@ -66,7 +69,7 @@ pub(crate) struct OverlayArgs {
     #[arg(long, value_name = "PATH=VALUE")]
     pub(crate) set: Vec<String>,
     /// Feed every random stream from this seed, 0 to 9223372036854775807
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = seed)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = seeds::seed)]
     pub(crate) seed: Option<u64>,
     /// How images become errors: `robust`, `paper`, or `truth` to steer by the true errors
     #[arg(long, value_name = "PIPELINE")]
@@ -102,6 +105,8 @@ Examples:
   ductloop run scenarios/straight.toml
   ductloop run straight straight-offset --set robot.speed_m_s=0.2
   ductloop run scenarios --junit out/junit.xml --json > runs.json
+  ductloop run scenarios --jobs 4                                     four runs at a time
+  ductloop run straight --seeds 1..20 --jobs 2 --at-least 19          twenty seeds, of which one may fail
 
 A run's folder OUT/NAME holds report.html, summary.json, frames.parquet, scenario.toml, manifest.json and frames/*.png.")]
 pub(crate) struct RunArgs {
@@ -110,6 +115,21 @@ pub(crate) struct RunArgs {
     pub(crate) inputs: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) overlay: OverlayArgs,
+    /// Run every scenario with each of these seeds, both ends included: `1..20`, `1,5,9`, `1..3,7`
+    #[arg(long, value_name = "A..B[,…]", allow_hyphen_values = true, value_parser = Seeds::parse, conflicts_with = "seed")]
+    pub(crate) seeds: Option<Seeds>,
+    /// A scenario passes when so many of its seeds pass, instead of all of them
+    #[arg(
+        long, value_name = "K", requires = "seeds", allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u32).range(1..=Seeds::MOST as i64)
+    )]
+    pub(crate) at_least: Option<u32>,
+    /// Runs that go on at once. Without `--threads` they share the cores. Results and their order are the same
+    #[arg(
+        long, value_name = "N", default_value_t = 1, allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u16).range(1..=1024)
+    )]
+    pub(crate) jobs: u16,
     #[command(flatten)]
     pub(crate) rendering: RendererArgs,
     /// Folder for the runs' folders; it is made where it is missing
@@ -256,12 +276,6 @@ impl Command {
             Self::Schema => false,
         }
     }
-}
-
-fn seed(text: &str) -> Result<u64, String> {
-    // TOML knows no larger whole number, and the run's folder holds the seed as TOML.
-    const MOST: u64 = i64::MAX as u64;
-    text.parse().ok().filter(|seed| *seed <= MOST).ok_or_else(|| format!("a whole number from 0 to {MOST}"))
 }
 
 fn bits(text: &str) -> Result<Bits, String> {

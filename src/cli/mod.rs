@@ -2,7 +2,10 @@
 //!
 //! - `args`: what may be typed; - `inputs`: files, folders and names to scenarios, all checked before anything runs;
 //! - `destination`: where results go, checked likewise; - `run`, `render`, `check`, `accuracy`, `calibrate`, `bench`: the commands;
-//! - `sweep`: designs of experiments and their steps; - `progress`, `verdict_table`: what they show while and after; - `rendering`: opening what renders;
+//! - `sweep`: designs of experiments and their steps;
+//! - `progress`, `verdict_table`: what they show while and after; - `rendering`: opening what renders;
+//! - what `run` is made of: `seeds` (those that are asked for), `run_plan` (scenarios times seeds, each with its folder), `one_run`
+//!   (from first frame to folder), `jobs` (several at once), `seed_verdict`, `seed_table` (what the seeds of a scenario came to);
 //! - `shot`, `truth_files`: what `render` shows and what it writes beside it; - `warnings`: what is hardly meant so;
 //! - `perceive`, `picture_files`, `regions`, `perceived`: picture files through the perception, and what is told of it;
 //! - `problem`: what a command can end with other than its result; - `streams`: standard output and error; - `interrupt`: Ctrl-C.
@@ -19,6 +22,8 @@ mod check;
 mod destination;
 mod inputs;
 mod interrupt;
+mod jobs;
+mod one_run;
 mod perceive;
 mod perceived;
 mod picture_files;
@@ -28,6 +33,10 @@ mod regions;
 mod render;
 mod rendering;
 mod run;
+mod run_plan;
+mod seed_table;
+mod seed_verdict;
+mod seeds;
 mod shot;
 mod streams;
 mod sweep;

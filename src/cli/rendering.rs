@@ -37,6 +37,14 @@ impl Rendering {
         Ok(opened)
     }
 
+    /// For runs of which `jobs` go on at once: unless a number of threads was asked for, they share the cores.
+    pub(crate) fn for_jobs(self, args: RendererArgs, jobs: usize) -> Self {
+        match args.threads {
+            Some(_) => self,
+            None => Self { threads: self.threads.shared_among(jobs), ..self },
+        }
+    }
+
     /// What the manifest says of it; `None` where the processor renders.
     pub(crate) fn adapter(&self) -> Option<AdapterInfo> {
         match &self.engine {

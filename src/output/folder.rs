@@ -16,10 +16,20 @@ const SCENARIO: &str = "scenario.toml";
 /// then goes when this is dropped. A process that is killed leaves a hidden folder `.NAME.tmp-…`, which nothing reads.
 #[derive(Debug)]
 pub struct RunFolder {
+    name: String,
     path: PathBuf,
     stage: PathBuf,
     scenario_toml: String,
     force: bool,
+}
+
+/// The folder that runs' folders are put into, read once for all runs of a call: of a hundred thousand each would read it anew.
+#[derive(Debug)]
+pub struct OutFolder {
+    out: PathBuf,
+    force: bool,
+    /// Hidden things in it, which processes that were killed may have left.
+    hidden: Vec<PathBuf>,
 }
 
 /// Why a run's folder cannot be used.
@@ -73,6 +83,61 @@ pub fn folder_name(scenario_name: &str, changed: bool, seed: u64, scenario_toml:
     }
 }
 
+impl OutFolder {
+    /// Reads it. One that is not there yet, or cannot be read, holds nothing that is known of. With `force` runs of other scenarios
+    /// may be replaced.
+    pub fn read(out: &Path, force: bool) -> Self {
+        let entries = fs::read_dir(out).into_iter().flatten().flatten().map(|entry| entry.path());
+        let is_hidden = |path: &PathBuf| path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
+        Self { out: out.to_owned(), force, hidden: entries.filter(is_hidden).collect() }
+    }
+
+    /// The folder of a run in it, of which `scenario_toml` is the resolved scenario. Nothing is looked at yet.
+    pub fn folder(&self, name: &str, scenario_toml: &str) -> RunFolder {
+        let path = self.out.join(name);
+        let (stage, scenario_toml) = (beside(&path, "tmp"), scenario_toml.to_owned());
+        RunFolder { name: name.to_owned(), path, stage, scenario_toml, force: self.force }
+    }
+
+    /// Makes sure that what stands in the folder's place may be replaced.
+    ///
+    /// # Errors
+    /// Where it may not, or the name is not one of a folder.
+    pub fn look(&self, folder: &RunFolder) -> Result<(), FolderError> {
+        let name = &folder.name;
+        if name.is_empty() || name.starts_with('.') || name.contains(['/', '\\', '\0']) {
+            return Err(FolderError::Name(name.clone()));
+        }
+        self.clear_up_after_the_dead(&folder.path);
+        folder.check_replaceable()
+    }
+
+    /// The same, and makes sure that the folder can be written: creates, writes and takes away again. What it finds holds for other
+    /// folders with names that are no longer.
+    ///
+    /// # Errors
+    /// As [`OutFolder::look`], and where the system refuses.
+    pub fn try_out(&self, folder: &RunFolder) -> Result<(), FolderError> {
+        self.look(folder)?;
+        folder.try_out(&self.out)
+    }
+
+    /// Removes what processes that were killed have left beside a run's folder. One that was killed between the two renames of
+    /// [`RunFolder::publish`] has left the earlier run under another name: it gets its own back.
+    /// What may be of a process that lives is left alone ([`is_of_the_dead`]).
+    fn clear_up_after_the_dead(&self, run: &Path) {
+        for left in &self.hidden {
+            let name = left.file_name().and_then(|name| name.to_str());
+            let dead = |what| name.is_some_and(|name| is_of_the_dead(name, run, what));
+            if dead("old") && !run.exists() {
+                let _ = fs::rename(left, run);
+            } else if dead("tmp") || dead("old") {
+                let _ = fs::remove_dir_all(left);
+            }
+        }
+    }
+}
+
 impl RunFolder {
     /// Makes sure that `out/name` can be written and may be replaced, and leaves everything as it was.
     ///
@@ -82,14 +147,9 @@ impl RunFolder {
     /// # Errors
     /// Where the folder cannot be made, written or replaced.
     pub fn prepare(out: &Path, name: &str, scenario_toml: &str, force: bool) -> Result<Self, FolderError> {
-        if name.is_empty() || name.starts_with('.') || name.contains(['/', '\\', '\0']) {
-            return Err(FolderError::Name(name.to_owned()));
-        }
-        let path = out.join(name);
-        let folder = Self { stage: beside(&path, "tmp"), path, scenario_toml: scenario_toml.to_owned(), force };
-        folder.clear_up_after_the_dead(out);
-        folder.check_replaceable()?;
-        folder.try_out(out)?;
+        let all = OutFolder::read(out, force);
+        let folder = all.folder(name, scenario_toml);
+        all.try_out(&folder)?;
         Ok(folder)
     }
 
@@ -146,21 +206,6 @@ impl RunFolder {
                 if empty { Ok(()) } else { Err(FolderError::NotARun(path.clone())) }
             }
             Err(error) => system("read", &path.join(SCENARIO), Err(error)),
-        }
-    }
-
-    /// Removes what processes that were killed have left beside the folder. One that was killed between the two renames of
-    /// [`Self::publish`] has left the earlier run under another name: it gets its own back.
-    /// What may be of a process that lives is left alone ([`is_of_the_dead`]).
-    fn clear_up_after_the_dead(&self, out: &Path) {
-        for entry in fs::read_dir(out).into_iter().flatten().flatten() {
-            let name = entry.file_name();
-            let dead = |what| name.to_str().is_some_and(|name| is_of_the_dead(name, &self.path, what));
-            if dead("old") && !self.path.exists() {
-                let _ = fs::rename(entry.path(), &self.path);
-            } else if dead("tmp") || dead("old") {
-                let _ = fs::remove_dir_all(entry.path());
-            }
         }
     }
 

@@ -7,7 +7,7 @@
 //! - [`accuracy`]: a row a pose and pipeline, `accuracy.parquet`;
 //! - [`npy`], [`centres`]: arrays and stripe centres, for `ductloop render --truth`;
 //! - [`words`]: figures, bounds and reasons as people read them;
-//! - [`folder`]: the run's folder, whole or not at all;
+//! - [`folder`]: the run's folder, whole or not at all, and the one that all are put into;
 //! - [`junit`]: all runs of a call for a CI server.
 //!
 //! The report's page is [`crate::report`]'s; [`crate::run_files`] puts it all together.
@@ -25,7 +25,7 @@ pub mod summary;
 mod whole_file;
 pub mod words;
 
-pub use folder::{FolderError, RunFolder, folder_name};
+pub use folder::{FolderError, OutFolder, RunFolder, folder_name};
 pub use junit::write_junit;
 pub use manifest::Manifest;
 pub use summary::Summary;

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use super::workshop::Workshop;
 
 /// Speaks the protocol with Python's standard library alone, drives straight ahead, and misbehaves as told after a few frames.
-const PROGRAM: &str = r#"
+pub(crate) const PROGRAM: &str = r#"
 import struct, sys, time
 say, hear = sys.stdout.buffer, sys.stdin.buffer
 def answer(kind, body):
@@ -43,7 +43,7 @@ while True:
 "#;
 
 /// Whether there is a Python with these modules. Where it is missing a test is left out, and says so.
-fn python_with(modules: &str) -> bool {
+pub(crate) fn python_with(modules: &str) -> bool {
     let there = Command::new("python3").args(["-c", &format!("import {modules}")]).output().is_ok_and(|ran| ran.status.success());
     if !there {
         eprintln!("LEFT OUT: there is no python3 with {modules} here");
