@@ -279,7 +279,9 @@ impl<'a> Reader<'a> {
                         factors.push(Factor { path, unit: field.unit.to_owned(), levels });
                     }
                 }
-                (None, Value::Table(inner)) => self.factors_of(&path, inner, sampled, factors),
+                (None, Value::Table(inner)) if inner.entries.iter().all(|entry| !FACTOR.contains(&entry.key.as_str())) => {
+                    self.factors_of(&path, inner, sampled, factors)
+                }
                 (None, _) => {
                     let near = nearest(&path, fields::fields().map(|field| field.path));
                     let guess = near.map_or(String::new(), |near| format!("did you mean `{near}`? "));
