@@ -1,7 +1,8 @@
 //! The command line, a file a command.
 //!
 //! - `args`: what may be typed; - `inputs`: files, folders and names to scenarios, all checked before anything runs;
-//! - `destination`: where results go, checked likewise; - `run`, `render`, `check`, `accuracy`, `calibrate`, `bench`: the commands;
+//! - `destination`: where results go, checked likewise; - `run`, `render`, `check`, `accuracy`, `calibrate`, `schema`,
+//!   `bench`: the commands;
 //! - `progress`, `verdict_table`: what they show while and after; - `rendering`: opening what renders;
 //! - `shot`, `truth_files`: what `render` shows and what it writes beside it; - `warnings`: what is hardly meant so;
 //! - `perceive`, `picture_files`, `regions`, `perceived`: picture files through the perception, and what is told of it;
@@ -28,6 +29,7 @@ mod regions;
 mod render;
 mod rendering;
 mod run;
+mod schema;
 mod shot;
 mod streams;
 mod truth_files;
@@ -53,7 +55,7 @@ pub(crate) fn main() -> u8 {
         Command::Render(args) => render::command(args),
         Command::Accuracy(args) => accuracy::command(args),
         Command::Check(args) => check::command(args),
-        Command::Schema => streams::print_json(&ductloop::scenario::schema()).map(|()| 0),
+        Command::Schema(args) => schema::command(args),
         Command::Bench(args) => bench::command(args),
         Command::Calibrate(args) => calibrate::command(args),
         Command::Perceive(args) => perceive::command(args),
