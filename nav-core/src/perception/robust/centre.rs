@@ -29,17 +29,16 @@ pub(super) struct Noise {
     pub(super) speckle: f64,
 }
 
-/// What the columns up to one say of the slope of the background there, in DN a pixel.
+/// What is known of the slope of the background, in DN a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Slope {
     mean: f64,
     variance: f64,
-    /// By which the variance grows from one column to the next.
+    /// By which the variance grows at each column.
     drift: f64,
 }
 
-/// Columns over which a background's slope is taken for even: sets how fast its variance grows, and beyond a gap of so many it is not
-/// taken for the same any more.
+/// Columns over which a background's slope is taken for even: sets how fast its variance grows.
 const EVEN_COLUMNS: f64 = 30.0;
 
 impl Slope {
@@ -48,16 +47,9 @@ impl Slope {
         Self { mean, variance, drift: variance / (EVEN_COLUMNS * EVEN_COLUMNS) }
     }
 
-    /// What is known of it so many columns farther on: over a gap it is forgotten column by column, and beyond a long one altogether. A
-    /// shadow's end may be where another background begins.
-    pub(super) fn after(self, columns: usize) -> Option<Self> {
-        let columns = columns as f64;
-        (columns <= EVEN_COLUMNS).then_some(Self { variance: self.variance + self.drift * columns, ..self })
-    }
-
-    /// Once the column has said its part.
-    fn updated(self, mean: f64, variance: f64) -> Self {
-        Self { mean, variance, ..self }
+    /// After another column.
+    fn next(self, mean: f64, variance: f64) -> Self {
+        Self { mean, variance: variance + self.drift, ..self }
     }
 }
 
@@ -70,14 +62,14 @@ pub(super) struct Expected {
     pub(super) sigma_px: f64,
     /// What its height is taken for in the variances, in DN.
     pub(super) amplitude: f64,
-    /// What is known of the background's slope here.
+    /// What is known of the background's slope.
     pub(super) slope: Option<Slope>,
 }
 
 /// A fitted column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Fitted {
-    /// What it and those before say of the background's slope in it.
+    /// What is known of the background's slope after it.
     pub(super) slope: Slope,
     /// The middle, in scan coordinates.
     pub(super) y_px: f64,
@@ -229,7 +221,7 @@ impl Column<'_> {
         let sigma_px = sigma * step_variance.sqrt() / height;
         let (tilt, tilt_variance) = (found[1] * inverse, tilt_variance * inverse * inverse);
         let fitted = Fitted {
-            slope: known.map_or_else(|| Slope::first(tilt, tilt_variance), |known| known.updated(tilt, tilt_variance)),
+            slope: known.map_or_else(|| Slope::first(tilt, tilt_variance), |known| known.next(tilt, tilt_variance)),
             y_px: centre + step,
             sigma_px,
             amplitude: height,
@@ -314,17 +306,6 @@ mod tests {
                 prop_assert!((variance / inverse[(i, i)] - 1.0).abs() < 1e-9);
             }
         }
-    }
-
-    /// A random walk's variance grows by as much a column, whether in one step or in several; a long gap leaves nothing.
-    #[test]
-    fn a_slope_is_forgotten_by_columns_not_by_steps() {
-        let known = Slope::first(1.5, 9.0).updated(2.0, 0.5);
-        let steps = (0..12).try_fold(known, |known, _| known.after(1)).unwrap();
-        let gap = known.after(12).unwrap();
-        assert!((steps.variance - gap.variance).abs() < 1e-12 && gap.mean == 2.0, "{steps:?} {gap:?}");
-        assert!((gap.variance - (0.5 + 12.0 * 9.0 / 900.0)).abs() < 1e-12, "{gap:?}");
-        assert!(known.after(30).is_some() && known.after(31).is_none());
     }
 
     const NOISE: Noise = Noise { floor: 1.0 / 12.0 + 0.015, gain: 247.0 / 30_000.0, black: 8.0, speckle: 0.0 };

@@ -1,6 +1,6 @@
 //! A wall's stripe measured column by column, and cleaned of what does not belong to it.
 
-use super::centre::{self, Expected, Fitted, Noise, Slope};
+use super::centre::{self, Expected, Fitted, Noise};
 use super::chain::Segment;
 use super::overexposed;
 use super::stripe::{Projector, StripePoint};
@@ -121,8 +121,7 @@ impl Search<'_> {
         let mut amplitude: Option<f64> = None;
         let mut bias = (usize::MAX, [0.0; 2]);
         let mut tally = Tally::default();
-        // Of the background, and the column that said it.
-        let mut slope: Option<(usize, Slope)> = None;
+        let mut slope = None;
         // How far the stripe runs off the proposed wall's: the search begins there.
         let mut drift_px = 0.0;
         let mut nodes: (usize, Option<[StripePoint; 2]>) = (usize::MAX, None);
@@ -147,17 +146,12 @@ impl Search<'_> {
                 continue;
             }
             let height = amplitude.unwrap_or_else(|| standing(view, x, &stripe));
-            let sought = Expected {
-                y_px: stripe.y_px + drift_px,
-                sigma_px: sigma,
-                amplitude: height,
-                slope: slope.and_then(|(at, slope)| slope.after(x - at)),
-            };
+            let sought = Expected { y_px: stripe.y_px + drift_px, sigma_px: sigma, amplitude: height, slope };
             let near = |y_px: f64| (y_px - stripe.y_px).abs() <= GATE[0] + GATE[1] * sigma;
             let stands = |found: &Fitted| found.amplitude >= LEAST_SNR * found.amplitude_sigma && near(found.y_px);
             let found = centre::fit(view, x, &sought, noise, room).filter(stands);
             let measured = if let Some(found) = found.filter(|found| found.chi2 <= MOST_CHI2[0]) {
-                slope = Some((x, found.slope));
+                slope = Some(found.slope);
                 // The height goes into the variances: smoothed, so that a column's own noise does not choose its weights.
                 amplitude = Some(amplitude.map_or(found.amplitude, |before| before + 0.2 * (found.amplitude - before)));
                 let (y_px, sigma_px) = (found.y_px, found.sigma_px);
@@ -319,43 +313,4 @@ fn trim(points: &mut Vec<Point>, first: usize, misses: u32) {
         (from, before) = (to, end.misses);
     }
     points.truncate(write);
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::test_rig::rig;
-    use super::*;
-    use crate::messages::Frame;
-    use crate::perception::scan::Across;
-
-    /// Beyond a shadow the background may slope otherwise than before it: what the columns before the shadow said counts no more. (A filter
-    /// that takes the column beyond for the next one finds no stripe there at all, and goes on finding none.)
-    #[test]
-    fn a_gap_lets_the_background_be_another() {
-        const GAP: [usize; 2] = [250, 400];
-        let rig = rig();
-        // A wall that the camera looks at squarely: the stripe is level.
-        let (projector, m) = (Projector::new(&rig, 0.6, 0.8), Vector3::new(0.0, 0.0, 2.5));
-        let stripe = projector.stripe(0, &m, 320.0, 240.0).expect("a stripe");
-        let pixels: Vec<u16> = (0..640 * 480)
-            .map(|i| {
-                let (x, t) = (i % 640, (i / 640) as f64 - stripe.y_px);
-                let lit = x < GAP[0] || x >= GAP[1];
-                let slope = if x < GAP[1] { 20.0 } else { -20.0 };
-                let light = if lit { 1600.0 * libm::exp(-0.5 * (t / stripe.sigma_px) * (t / stripe.sigma_px)) } else { 0.0 };
-                (1000.0 + slope * t.clamp(-30.0, 30.0) + light).round() as u16
-            })
-            .collect();
-        let frame = Frame::grey16(640, 480, &pixels, 4095);
-        let noise = Noise { floor: 36.0, gain: 0.13, black: 128.0, speckle: 0.12 * 0.12 };
-        let view = View::new(&frame, Across::V);
-        let search =
-            Search { view: &view, projector: &projector, m: &m, laser: 0, columns: [0, 640], neighbours: &[], noise: &noise };
-        let mut points = Vec::new();
-        search.measure(&mut Vec::new(), &mut points);
-        let beyond: Vec<&Point> = points.iter().filter(|point| point.x_px >= GAP[1] as f64).collect();
-        assert!(beyond.len() > 150 && points.len() > 350, "{} of {}", beyond.len(), points.len());
-        let worst = beyond.iter().map(|point| point.off_px.abs()).fold(0.0, f64::max);
-        assert!(worst < 0.02, "{worst} px");
-    }
 }
