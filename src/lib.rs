@@ -42,6 +42,8 @@ pub mod output;
 pub mod photograph;
 #[cfg(feature = "cli")]
 pub mod picture;
+#[cfg(feature = "cli")]
+mod picture_mark;
 pub mod pilot;
 pub mod record;
 #[cfg(feature = "cli")]

@@ -6,6 +6,7 @@ use image::ImageResult;
 
 use crate::canvas::{Canvas, Rgb};
 use crate::picture::{LASER_COLOURS, UNASSIGNED};
+use crate::picture_mark::{is_marked, marked};
 
 /// What is drawn.
 #[derive(Clone, Copy, Debug)]
@@ -25,9 +26,11 @@ const BESIDE_PX: f64 = 7.0;
 /// Length of a dash and of the gap after it, in pixels of the drawing.
 const DASH_PX: usize = 8;
 const REGION: Rgb = [120, 120, 120];
+/// Which program the picture says that it is of.
+const PROGRAM: &str = "ductloop perceive";
 
 /// The picture in grey with all of it drawn over it, as PNG: centres in their laser's colour, lines beside their stripes as dashes from end
-/// to end, the region's outline in grey. `grey` holds 8 bits a pixel, row by row.
+/// to end, the region's outline in grey. `grey` holds 8 bits a pixel, row by row. [`is_overlay`] knows it.
 ///
 /// # Errors
 /// None that is known of.
@@ -47,7 +50,12 @@ pub fn overlay_png([width, height]: [usize; 2], grey: &[u8], overlay: &Overlay<'
     for centre in overlay.centres {
         drawing.dot([centre.u_px, centre.v_px], colour(centre.assigned));
     }
-    drawing.canvas.png()
+    Ok(marked(drawing.canvas.png()?, PROGRAM))
+}
+
+/// Whether a file is a picture that [`overlay_png`] made; the first few hundred bytes suffice.
+pub fn is_overlay(first: &[u8]) -> bool {
+    is_marked(first, PROGRAM)
 }
 
 fn colour(assigned: Option<(usize, Wall)>) -> Rgb {
@@ -101,6 +109,10 @@ impl Drawing {
 mod tests {
     use super::*;
 
+    fn drawing_of_nothing() -> Vec<u8> {
+        Canvas::new(4, 4).png().unwrap_or_default()
+    }
+
     #[test]
     fn centres_and_lines_stand_where_they_are() {
         let centres = [StripeCentre { u_px: 10.0, v_px: 6.4, sigma_px: 0.1, assigned: Some((1, Wall::Left)) }];
@@ -110,6 +122,7 @@ mod tests {
         let region = Region::rectangle([1.0, 1.0], [1e7, 20.0]);
         let overlay = Overlay { centres: &centres, lines: &lines, region: region.as_ref() };
         let png = overlay_png([32, 24], &[40; 32 * 24], &overlay).expect("a picture");
+        assert!(is_overlay(&png) && !is_overlay(&drawing_of_nothing()));
         let seen = image::load_from_memory(&png).expect("a PNG").to_rgb8();
         assert_eq!(seen.dimensions(), (64, 48));
         // (10.5, 6.9) times two.

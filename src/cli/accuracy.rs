@@ -223,8 +223,8 @@ fn write(
         folder.write(&format!("{name}.png"), &ductloop::picture::overlay_png(&frame.image, &frame.lines)?)?;
         folder.write(&format!("{name}.toml"), frame.scenario.to_toml().as_bytes())?;
     }
-    let maps = report::accuracy::heat_maps(file, trials);
-    for (name, map) in &maps {
+    let maps = report::accuracy_maps::heat_maps(file, trials);
+    for (name, map) in maps.iter().flat_map(|cell| &cell.maps) {
         folder.write(&format!("maps/{name}.svg"), map.svg().as_bytes())?;
     }
     folder.write("report.html", report::accuracy::html(file, summary, &maps)?.as_bytes())?;

@@ -47,8 +47,8 @@ pub(crate) enum Command {
     Accuracy(super::accuracy::AccuracyArgs),
     /// Check scenario files without running them
     Check(CheckArgs),
-    /// Print the JSON Schema of scenario files, for editors
-    Schema,
+    /// Print the JSON Schema of scenario files, or of another kind, for editors
+    Schema(super::schema::SchemaArgs),
     /// Measure what each part costs on this machine
     Bench(BenchArgs),
     /// Find the sensor's geometry from pixels whose position is known
@@ -258,7 +258,7 @@ impl Command {
             Self::Run(_) => Some(Self::RUNS),
             Self::Check(_) => Some(Self::SCENARIOS),
             Self::Perceive(_) => Some(super::perceive::PerceiveArgs::IMAGES),
-            Self::Render(_) | Self::Accuracy(_) | Self::Calibrate(_) | Self::Schema | Self::Bench(_) | Self::Sweep(_) => None,
+            Self::Render(_) | Self::Accuracy(_) | Self::Calibrate(_) | Self::Schema(_) | Self::Bench(_) | Self::Sweep(_) => None,
         }
     }
 
@@ -273,7 +273,7 @@ impl Command {
             Self::Calibrate(args) => args.json,
             Self::Perceive(args) => args.json,
             Self::Sweep(args) => args.json(),
-            Self::Schema => false,
+            Self::Schema(_) => false,
         }
     }
 }

@@ -1,8 +1,8 @@
 //! The command line, a file a command.
 //!
 //! - `args`: what may be typed; - `inputs`: files, folders and names to scenarios, all checked before anything runs;
-//! - `destination`: where results go, checked likewise; - `run`, `render`, `check`, `accuracy`, `calibrate`, `bench`: the commands;
-//! - `sweep`: designs of experiments and their steps;
+//! - `destination`: where results go, checked likewise; - `run`, `render`, `check`, `accuracy`, `calibrate`, `schema`,
+//!   `bench`: the commands; - `sweep`: designs of experiments and their steps;
 //! - `progress`, `verdict_table`: what they show while and after; - `rendering`: opening what renders;
 //! - what `run` is made of: `seeds` (those that are asked for), `run_plan` (scenarios times seeds, each with its folder), `one_run`
 //!   (from first frame to folder), `jobs` (several at once), `seed_verdict`, `seed_table` (what the seeds of a scenario came to);
@@ -34,6 +34,7 @@ mod render;
 mod rendering;
 mod run;
 mod run_plan;
+mod schema;
 mod seed_table;
 mod seed_verdict;
 mod seeds;
@@ -63,7 +64,7 @@ pub(crate) fn main() -> u8 {
         Command::Render(args) => render::command(args),
         Command::Accuracy(args) => accuracy::command(args),
         Command::Check(args) => check::command(args),
-        Command::Schema => streams::print_json(&ductloop::scenario::schema()).map(|()| 0),
+        Command::Schema(args) => schema::command(args),
         Command::Bench(args) => bench::command(args),
         Command::Calibrate(args) => calibrate::command(args),
         Command::Perceive(args) => perceive::command(args),

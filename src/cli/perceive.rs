@@ -11,8 +11,8 @@ use clap::{Args, ValueEnum};
 use ductloop::bounded_file;
 use ductloop::output::write_whole;
 use ductloop::photograph::{Channel, LARGEST_BYTES, Photograph};
-use ductloop::scenario::Pipeline;
-use ductloop::stage_picture::{Overlay, overlay_png};
+use ductloop::scenario::{Pipeline, RigFile};
+use ductloop::stage_picture::{Overlay, is_overlay, overlay_png};
 use ductloop::{Scenario, pilot};
 use ductloop_nav::perception::ridge::{Region, Ridge, RidgeParams};
 use serde_json::{Value, json};
@@ -36,7 +36,8 @@ Examples:
 
 Each picture's OUT/NAME.json holds what OUT/NAME.overlay.png shows: centres in the lasers' colours (red: of none), lines beside
 their stripes. A rig is a scenario, or a file with its [sensor] tables; what it may leave out: how the camera is mounted (upright, in the
-base's origin: the lateral error is then the camera's own), mount angles (0), line (2 mm, 4 mrad).")]
+base's origin: the lateral error is then the camera's own), mount angles (0), line (2 mm, 4 mrad), the duct's width ([navigation]
+width_m: without it one wall alone gives no lateral error).")]
 pub(crate) struct PerceiveArgs {
     /// Pictures: PNG or JPEG, 8 or 16 bits, grey or coloured
     #[arg(required = true, value_name = "IMAGE")]
@@ -76,6 +77,9 @@ pub(crate) struct PerceiveArgs {
     /// Say nothing but errors
     #[arg(long, short)]
     pub(crate) quiet: bool,
+    /// Replace files of the results' names that `perceive` did not write
+    #[arg(long)]
+    pub(crate) force: bool,
 }
 
 /// Pipelines that read images.
@@ -120,7 +124,7 @@ pub(crate) fn command(args: &PerceiveArgs) -> Result<u8, Problem> {
         let photograph = job.open(image).map_err(|problem| problem.with_code(Problem::CANNOT_GO_ON))?;
         let perceived = job.perceive(photograph.clone(), region.as_ref(), args.time);
         let [document_file, overlay_file] = results(args, image);
-        let document = perceived::document(image, &overlay_file, &photograph, args.channel, job.scenario.as_ref(), &perceived);
+        let document = perceived::document(image, &overlay_file, &photograph, args.channel, job.scenario(), &perceived);
         let cannot_go_on = |path: &Path, error: &dyn std::fmt::Display| {
             Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(path.display().to_string())
         };
@@ -145,7 +149,7 @@ pub(crate) fn command(args: &PerceiveArgs) -> Result<u8, Problem> {
 struct Job<'a> {
     args: &'a PerceiveArgs,
     /// The rig, with the pipeline that was asked for.
-    scenario: Option<Scenario>,
+    rig: Option<RigFile>,
     regions: Regions,
 }
 
@@ -157,17 +161,18 @@ fn prepare(args: &PerceiveArgs) -> Result<Job<'_>, Problem> {
             problems.note(problem);
         }
     };
-    let mut job = Job { args, scenario: None, regions: Regions::Whole };
+    let mut job = Job { args, rig: None, regions: Regions::Whole };
     take(args.rig.first().map_or(Ok(()), |_| {
-        let mut scenario = Scenario::read_rig(&args.rig).map_err(|wrong| Problem::in_files(vec![wrong]))?;
-        scenario.perception.pipeline = match args.pipeline {
+        let mut rig = Scenario::read_rig(&args.rig).map_err(|wrong| Problem::in_files(vec![wrong]))?;
+        let pipeline = &mut rig.scenario.perception.pipeline;
+        *pipeline = match args.pipeline {
             Some(PipelineChoice::Robust) => Pipeline::Robust,
             Some(PipelineChoice::Paper) => Pipeline::Paper,
             // Whoever steers by the truth has none of it here.
-            None if scenario.perception.pipeline == Pipeline::Truth => Pipeline::Robust,
-            None => scenario.perception.pipeline,
+            None if *pipeline == Pipeline::Truth => Pipeline::Robust,
+            None => *pipeline,
         };
-        job.scenario = Some(scenario);
+        job.rig = Some(rig);
         Ok(())
     }));
     take(regions::read(args.roi.as_deref(), args.rois.as_deref()).map(|regions| job.regions = regions));
@@ -181,8 +186,8 @@ fn prepare(args: &PerceiveArgs) -> Result<Job<'_>, Problem> {
             .and_then(|()| plain.into_iter().take(1).chain(others).try_for_each(|file| destination::file("--out", file))),
     );
     for file in &files {
-        take(destination::is_no_input("--out", file, named()));
-        take(is_ours_to_replace(file));
+        let is_ours = |()| if args.force { Ok(()) } else { is_ours_to_replace(file) };
+        take(destination::is_no_input("--out", file, named()).and_then(is_ours));
     }
     let mut names: BTreeMap<PathBuf, &Path> = BTreeMap::new();
     for image in &args.images {
@@ -196,18 +201,25 @@ fn prepare(args: &PerceiveArgs) -> Result<Job<'_>, Problem> {
     problems.or(job)
 }
 
-/// That a document which would be replaced is one of `perceive`: `render` writes its own beside frames, by the same name.
+/// That a result which would be replaced is one of `perceive`: `render` writes documents of its own beside frames, by the same name, and
+/// the picture may be anybody's.
 fn is_ours_to_replace(file: &Path) -> Result<(), Problem> {
-    const OURS: [&str; 4] = ["file", "centres", "lines", "overlay"];
-    if file.extension().is_none_or(|ending| ending != "json") || !file.is_file() {
-        return Ok(());
-    }
-    let there = bounded_file::read(file, LARGEST_BYTES).ok().and_then(|bytes| serde_json::from_slice::<Value>(&bytes).ok());
-    if there.is_some_and(|there| OURS.iter().all(|key| there.get(key).is_some())) {
+    if !file.is_file() || is_ours(file) {
         return Ok(());
     }
     let message = "it is there already, and `perceive` did not write it".to_owned();
-    Err(destination::refused("--out", file, message))
+    Err(destination::refused("--out", file, message).help("choose another place, or `--force` to replace it"))
+}
+
+/// Whether `perceive` wrote a file: a document has its keys, a picture its mark.
+fn is_ours(file: &Path) -> bool {
+    const OURS: [&str; 4] = ["file", "centres", "lines", "overlay"];
+    let Ok(bytes) = bounded_file::read(file, LARGEST_BYTES) else { return false };
+    if file.extension().is_some_and(|ending| ending == "json") {
+        let there = serde_json::from_slice::<Value>(&bytes);
+        return there.is_ok_and(|there| OURS.iter().all(|key| there.get(key).is_some()));
+    }
+    is_overlay(&bytes)
 }
 
 /// Files of a picture's results: the document and the overlay.
@@ -225,6 +237,10 @@ fn stem(image: &Path) -> PathBuf {
 }
 
 impl Job<'_> {
+    fn scenario(&self) -> Option<&Scenario> {
+        self.rig.as_ref().map(|rig| &rig.scenario)
+    }
+
     fn open(&self, image: &Path) -> Result<Photograph, Problem> {
         picture_files::read(image, self.args.channel, self.args.bits)
     }
@@ -233,7 +249,7 @@ impl Job<'_> {
     fn fits(&self, image: &Path, photograph: &Photograph) -> Result<(), Problem> {
         let wrong = |message: String| Problem::new(Problem::WRONG_INPUT, message).about(image.display().to_string());
         let [width, height] = photograph.size_px();
-        if let Some(scenario) = &self.scenario {
+        if let Some(scenario) = self.scenario() {
             let camera = &scenario.rig.camera;
             if [camera.width_px, camera.height_px] != [width, height] {
                 let rig = self.args.rig.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join(", ");
@@ -273,7 +289,7 @@ impl Job<'_> {
             times.sort_by(f64::total_cmp);
             times.get(times.len() / 2).copied()
         };
-        let Some(scenario) = &self.scenario else {
+        let Some(RigFile { scenario, width_m }) = &self.rig else {
             let mut ridge = Ridge::new(RidgeParams::default());
             let perceive_ms = timed(&mut || {
                 ridge.extract(&photograph.frame(), region);
@@ -286,7 +302,7 @@ impl Job<'_> {
         let mut perception = pilot::perception(scenario);
         let mut measured = None;
         let perceive_ms = timed(&mut || measured = Some(perception.perceive(&photograph.frame(), scenario.rig.mount.rest)));
-        Perceived::of_stages(perception.stages(), measured.unwrap_or_default(), perceive_ms)
+        Perceived::of_stages(perception.stages(), measured.unwrap_or_default(), perceive_ms).with_width(*width_m)
     }
 }
 

@@ -19,6 +19,8 @@ pub(crate) struct Perceived {
     ridge: Vec<RidgeCentre>,
     planes: Vec<SeenPlane>,
     measured: Measurement,
+    /// Whether a lateral error is wanting for nothing but the duct's width.
+    wants_width: bool,
     perceive_ms: Option<f64>,
 }
 
@@ -26,7 +28,26 @@ impl Perceived {
     /// Of a pipeline.
     pub(crate) fn of_stages(stages: Stages<'_>, measured: Measurement, perceive_ms: Option<f64>) -> Self {
         let Stages { centres, lines, planes } = stages;
-        Self { centres: centres.into(), lines: lines.into(), ridge: Vec::new(), planes: planes.into(), measured, perceive_ms }
+        Self {
+            centres: centres.into(),
+            lines: lines.into(),
+            ridge: Vec::new(),
+            planes: planes.into(),
+            measured,
+            wants_width: false,
+            perceive_ms,
+        }
+    }
+
+    /// With the duct's width, in metres, as far as somebody has said it. The pipelines take the middle between one wall and where the other
+    /// must be; of a width that nobody said, that is no measurement.
+    pub(crate) fn with_width(mut self, width_m: Option<f64>) -> Self {
+        let Measurement { left, right, lateral_m, deviation, .. } = &mut self.measured;
+        if width_m.is_none() && (left.is_none() || right.is_none()) && lateral_m.is_some() {
+            (*lateral_m, deviation.lateral_m) = (None, None);
+            self.wants_width = true;
+        }
+        self
     }
 
     /// Of the extractor without a rig.
@@ -104,7 +125,7 @@ pub(crate) fn document(
 
 /// The same in a few words.
 pub(crate) fn words(file: &Path, overlay: &Path, perceived: &Perceived) -> String {
-    let Perceived { centres, lines, planes, measured, perceive_ms, .. } = perceived;
+    let Perceived { centres, lines, planes, measured, wants_width, perceive_ms, .. } = perceived;
     let mut text = format!("{}: {} centres, {} lines", file.display(), centres.len(), lines.len());
     for plane in planes {
         let sigma = plane.distance_sigma_m().map_or(String::new(), |sigma| format!(" ± {}", number(sigma * 1e3, 2)));
@@ -113,6 +134,10 @@ pub(crate) fn words(file: &Path, overlay: &Path, perceived: &Perceived) -> Strin
     let deviation = |sigma: Option<f64>, per_si: f64| sigma.map_or(String::new(), |s| format!(" ± {}", number(s * per_si, 2)));
     if let Some(lateral_m) = measured.lateral_m {
         text += &format!("\n  lateral {}{} mm", number(lateral_m * 1e3, 4), deviation(measured.deviation.lateral_m, 1e3));
+    }
+    if *wants_width {
+        text +=
+            "\n  lateral not known: one wall alone is seen, and the rig does not say how wide the duct is ([navigation] width_m)";
     }
     if let Some(heading_rad) = measured.heading_rad {
         let degrees = 180.0 / std::f64::consts::PI;

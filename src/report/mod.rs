@@ -6,11 +6,13 @@
 //! - `key_frames`: what the camera saw and what the navigator made of it;
 //! - `states`: how long the navigator was how sure, and why;
 //! - `thinning`: long series without the points that nobody sees;
-//! - [`accuracy`]: the page of an accuracy study, with its [`heat_map`]s; [`sweep`]: that of a sweep.
+//! - [`accuracy`]: the page of an accuracy study, with the [`heat_map`]s of `accuracy_maps`;
+//! - [`sweep`]: that of a sweep.
 //!
 //! Colours are names in the page's style sheet, so that light, dark and printed pages each have their own.
 
 pub mod accuracy;
+pub mod accuracy_maps;
 mod charts;
 pub mod heat_map;
 mod key_frames;

@@ -35,10 +35,13 @@ use super::typed::Typed;
 use super::{Pipeline, Scenario, fields};
 
 mod criteria;
+mod drawn;
 mod reader;
+mod schema;
 
 pub use criteria::{BOUNDS, Bound, PassBound};
 use reader::Reader;
+pub use schema::schema;
 
 /// Most cells of a grid.
 pub const MOST_CELLS: usize = 4096;
@@ -79,6 +82,22 @@ pub struct Poses {
     pub heading_rad: Option<[f64; 2]>,
     /// Distance along the centreline, in metres.
     pub distance_m: Option<[f64; 2]>,
+}
+
+impl Poses {
+    /// What is drawn: the key of `[poses]`, and the scenario's field that it gives values; `wall_m` gives two.
+    fn draws(&self) -> Vec<(&'static str, &'static str)> {
+        let Self { wall_m, width_m, lateral_m, heading_rad, distance_m, .. } = self;
+        let all = [
+            (wall_m, "wall_m", "start.lateral_m"),
+            (wall_m, "wall_m", "duct.width_m"),
+            (width_m, "width_m", "duct.width_m"),
+            (lateral_m, "lateral_m", "start.lateral_m"),
+            (heading_rad, "heading_deg", "start.heading_deg"),
+            (distance_m, "distance_m", "start.distance_m"),
+        ];
+        all.into_iter().filter(|(range, ..)| range.is_some()).map(|(_, key, path)| (key, path)).collect()
+    }
 }
 
 /// A cell of the grid.

@@ -49,6 +49,7 @@ pub use model::{
     ObjectShape, Perception, Piece, Pipeline, Rates, RigDeviation, Scenario, Start, Surface, WheelControl,
 };
 pub use overlay::Overlays;
+pub use rig_file::RigFile;
 pub use schema::schema;
 pub use value::shown;
 
@@ -100,12 +101,11 @@ impl Scenario {
     }
 
     /// Reads a rig: a whole scenario's, or a file that holds nothing but a sensor, in `[sensor]` or with `[camera]`, `[laser.NAME]`,
-    /// `[mount]` and `[line]` at the top. Several such files are laid one over the other, and over a scenario's. Of the scenario that
-    /// comes back only `rig`, `perception` and `navigation` mean anything.
+    /// `[mount]` and `[line]` at the top. Several such files are laid one over the other, and over a scenario's.
     ///
     /// # Errors
     /// Every error found, in the order of the texts; no file is one, too.
-    pub fn read_rig(paths: &[impl AsRef<Path>]) -> Result<Self, Diagnostics> {
+    pub fn read_rig(paths: &[impl AsRef<Path>]) -> Result<RigFile, Diagnostics> {
         Self::rig(typed::Typed::of_files(paths, rig_file::prepare))
     }
 
@@ -113,16 +113,20 @@ impl Scenario {
     ///
     /// # Errors
     /// Every error found, in the order of the text.
-    pub fn rig_from_toml_str(text: &str) -> Result<Self, Diagnostics> {
+    pub fn rig_from_toml_str(text: &str) -> Result<RigFile, Diagnostics> {
         Self::rig(typed::Typed::from_text("rig", text))
     }
 
-    fn rig(mut typed: typed::Typed) -> Result<Self, Diagnostics> {
-        if rig_file::is_whole(&typed.root) {
-            return resolve::resolve(&typed);
-        }
-        rig_file::complete(&mut typed);
-        resolve::resolve_rig(&typed)
+    fn rig(mut typed: typed::Typed) -> Result<RigFile, Diagnostics> {
+        let says_width = rig_file::says_width(&typed.root);
+        let scenario = if rig_file::is_whole(&typed.root) {
+            resolve::resolve(&typed)
+        } else {
+            rig_file::complete(&mut typed);
+            resolve::resolve_rig(&typed)
+        }?;
+        let width_m = says_width.then_some(scenario.navigation.width_m);
+        Ok(RigFile { scenario, width_m })
     }
 
     /// The resolved scenario as a file, every default written out. Read back, it gives an equal scenario.

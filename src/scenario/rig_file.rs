@@ -4,17 +4,28 @@
 //! `[navigation]` if one likes; or the sensor's own tables at the top (`[camera]`, `[laser.NAME]`, `[mount]`, `[line]`), as a calibration
 //! writes them. The last two name no preset unless they say so: a photograph's rig has no laser of `wide`'s in it. Several files are
 //! laid one over the other: a camera's, and one of each laser's plane.
+//!
+//! How wide the duct is a rig's file need not say: two walls tell it. Where it does not, [`RigFile::width_m`] is `None`, and one wall alone
+//! gives no lateral error.
 
 use super::source::Span;
 use super::tree::{Entry, Node, Table, Value};
 use super::typed::Typed;
-use super::{fields, parse};
+use super::{Scenario, fields, parse};
+
+/// A rig as read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RigFile {
+    /// Of it only `rig`, `perception` and `navigation` mean anything; `navigation.width_m` only where `width_m` is `Some`.
+    pub scenario: Scenario,
+    /// The duct's width that the files say, in metres: `[navigation] width_m`, else `[duct] width_m`.
+    pub width_m: Option<f64>,
+}
 
 /// Tables of `[sensor]` that may stand at the top of a file.
 const OF_THE_SENSOR: [&str; 4] = ["camera", "mount", "laser", "line"];
 
-/// What a rig's file may leave out: that it is no scenario. The duct is one that any rig could stand in; of it only the width counts,
-/// where one wall is seen.
+/// What a rig's file may leave out: that it is no scenario. The duct is one that any rig could stand in; nothing of it counts.
 const BENEATH: &str = r#"
 format = 1
 kind = "scenario"
@@ -44,6 +55,11 @@ growth_mrad = 4.0
 /// Whether a file says that it is a scenario, or another whole thing.
 pub(super) fn is_whole(root: &Table) -> bool {
     [fields::KIND, fields::FORMAT].iter().any(|key| root.get(key).is_some())
+}
+
+/// Whether somebody typed how wide the duct is; `root` is as typed, nothing filled in.
+pub(super) fn says_width(root: &Table) -> bool {
+    ["navigation.width_m", "duct.width_m"].iter().any(|path| root.at(path).is_some())
 }
 
 /// Brings the tables of a rig's file to where a scenario has them; a scenario's are there.
@@ -104,7 +120,15 @@ fn table(entries: Vec<Entry>, span: Span) -> Node {
 
 #[cfg(test)]
 mod tests {
-    use crate::scenario::Scenario;
+    use crate::scenario::{Diagnostics, Scenario};
+
+    fn rig_of(text: &str) -> Result<Scenario, Diagnostics> {
+        Scenario::rig_from_toml_str(text).map(|read| read.scenario)
+    }
+
+    fn read_rig(paths: &[&std::path::PathBuf]) -> Result<Scenario, Diagnostics> {
+        Scenario::read_rig(paths).map(|read| read.scenario)
+    }
 
     const TOP: &str = r#"
 [camera]
@@ -121,34 +145,43 @@ offset_m = 0.06878742
 pan_deg = -50.0
 "#;
 
+    /// What nobody said is not known, whatever stands beneath.
+    #[test]
+    fn a_width_is_known_where_it_was_said() {
+        let width_of = |text: &str| Scenario::rig_from_toml_str(text).expect("a rig").width_m;
+        assert_eq!(width_of(TOP), None);
+        assert_eq!(width_of("[sensor]\npreset = \"wide\"\n"), None);
+        assert_eq!(width_of(&format!("{TOP}[navigation]\nwidth_m = 0.8\n")), Some(0.8));
+        assert_eq!(width_of(&format!("{TOP}[duct]\nwidth_m = 0.7\n")), Some(0.7));
+        assert_eq!(width_of(&format!("{TOP}[duct]\nwidth_m = 0.7\n[navigation]\nwidth_m = 0.8\n")), Some(0.8));
+        assert_eq!(width_of(include_str!("../../scenarios/straight-wide.toml")), Some(0.8));
+    }
+
     #[test]
     fn a_rig_may_stand_at_the_top_or_in_the_sensors_tables() {
-        let top = Scenario::rig_from_toml_str(TOP).expect("a rig");
+        let top = rig_of(TOP).expect("a rig");
         assert_eq!(top.rig.lasers.len(), 1);
         assert_eq!(top.rig.mount.rest.pan_rad, (-50.0_f64).to_radians());
         assert_eq!(top.rig.line.width_m, 2e-3);
         let below =
             TOP.replace("[camera]", "[sensor.camera]").replace("[laser", "[sensor.laser").replace("[mount]", "[sensor.mount]");
-        assert_eq!(Scenario::rig_from_toml_str(&below).expect("a rig").rig, top.rig);
+        assert_eq!(rig_of(&below).expect("a rig").rig, top.rig);
         let both = format!("{TOP}[sensor.line]\nwidth_mm = 3.0\n[navigation]\nwidth_m = 0.8\n");
-        let both = Scenario::rig_from_toml_str(&both).expect("a rig");
+        let both = rig_of(&both).expect("a rig");
         assert_eq!((both.rig.line.width_m, both.navigation.width_m), (3e-3, 0.8));
         assert_eq!(both.rig.camera, top.rig.camera);
     }
 
     #[test]
     fn a_preset_and_a_whole_scenario_are_rigs() {
-        let wide = Scenario::rig_from_toml_str("[sensor]\npreset = \"wide\"\n").expect("a rig").rig;
-        let preset = Scenario::rig_from_toml_str(include_str!("../../presets/sensor/wide.toml")).expect("a rig").rig;
+        let wide = rig_of("[sensor]\npreset = \"wide\"\n").expect("a rig").rig;
+        let preset = rig_of(include_str!("../../presets/sensor/wide.toml")).expect("a rig").rig;
         assert_eq!(wide, preset);
         // Where a preset's mount points is not overlaid by what files without one may leave out.
-        let incra1 = Scenario::rig_from_toml_str("[sensor]\npreset = \"incra1\"\n").expect("a rig").rig;
+        let incra1 = rig_of("[sensor]\npreset = \"incra1\"\n").expect("a rig").rig;
         assert_eq!(incra1.mount.rest.pan_rad, (-50.0_f64).to_radians());
         let whole = include_str!("../../scenarios/straight-incra1.toml");
-        assert_eq!(
-            Scenario::rig_from_toml_str(whole).expect("a rig").rig,
-            Scenario::from_toml_str(whole).expect("a scenario").rig
-        );
+        assert_eq!(rig_of(whole).expect("a rig").rig, Scenario::from_toml_str(whole).expect("a scenario").rig);
     }
 
     /// As calibrations write them: a camera without a mounting, lasers in files of their own.
@@ -163,27 +196,27 @@ pan_deg = -50.0
         let mounting = "roll_deg = 90.0\nposition_in_base_m = [0.12, 0.0, 0.10]\n";
         let bare = TOP.replace(mounting, "");
         assert!(bare.len() < TOP.len());
-        let rig = Scenario::rig_from_toml_str(&bare).expect("a rig").rig;
+        let rig = rig_of(&bare).expect("a rig").rig;
         assert_eq!((rig.mount.roll_rad, rig.mount.position_in_base_m), (0.0, nalgebra::Point3::origin()));
         let camera = write("camera.toml", bare.split("[laser").next().expect("a part"));
         let right =
             write("right.toml", "[sensor.laser.right]\nnormal = [0.75130632, -0.61816050, 0.23111989]\noffset_m = 0.06878742\n");
         let left = write("left.toml", "[laser.left]\nnormal = [0.74444940, -0.60260520, 0.28751011]\noffset_m = 0.03728516\n");
         let mount = write("mount.toml", &format!("[camera]\n{mounting}"));
-        let rig = Scenario::read_rig(&[&camera, &right, &left, &mount]).expect("a rig").rig;
+        let rig = read_rig(&[&camera, &right, &left, &mount]).expect("a rig").rig;
         let names: Vec<_> = rig.lasers.iter().map(|laser| laser.name.as_str()).collect();
         assert_eq!((names, rig.mount.roll_rad), (vec!["right", "left"], 90.0_f64.to_radians()));
-        assert_eq!(rig.camera, Scenario::rig_from_toml_str(TOP).expect("a rig").rig.camera);
+        assert_eq!(rig.camera, rig_of(TOP).expect("a rig").rig.camera);
         // A later file counts, whichever form either has.
         let shorter = write("shorter.toml", "[camera]\nfocal_px = 900.0\n[laser.right]\noffset_m = 0.05\n");
-        let rig = Scenario::read_rig(&[&camera, &right, &shorter]).expect("a rig").rig;
+        let rig = read_rig(&[&camera, &right, &shorter]).expect("a rig").rig;
         assert_eq!((rig.camera.focal_px, rig.lasers[0].offset_m), ([900.0; 2], 0.05));
         // What is wrong is told of the file where it stands; without a camera there is none.
         let wrong = write("wrong.toml", "[laser.left]\nnormal = [0.74444940, -0.60260520, 0.28751011]\noffset_m = 0.0002\n");
-        let errors = Scenario::read_rig(&[&camera, &wrong]).expect_err("refused").0;
+        let errors = read_rig(&[&camera, &wrong]).expect_err("refused").0;
         assert_eq!(errors[0].place.as_ref().map(|place| place.line), Some(3), "{errors:?}");
         assert!(errors[0].file.ends_with("wrong.toml"), "{errors:?}");
-        let errors = Scenario::read_rig(&[&right]).expect_err("refused");
+        let errors = read_rig(&[&right]).expect_err("refused");
         assert!(errors.to_string().contains("width_px") && !errors.to_string().contains("may leave out"), "{errors}");
     }
 
@@ -200,11 +233,11 @@ pan_deg = -50.0
             ("[laser.right]\nnormal = [0.75130632, -0.61816050, 0.23111989]\noffset_m = 0.06878742\n", "", 2, "no laser"),
         ] {
             assert!(TOP.contains(from), "{from}");
-            let wrong = Scenario::rig_from_toml_str(&TOP.replace(from, to)).expect_err(to);
+            let wrong = rig_of(&TOP.replace(from, to)).expect_err(to);
             let first = &wrong.0[0];
             assert!(first.message.contains(word), "{from}: {wrong}");
             assert_eq!(first.place.as_ref().map(|place| place.line), Some(line), "{from}: {wrong}");
         }
-        assert!(Scenario::rig_from_toml_str("").is_err());
+        assert!(rig_of("").is_err());
     }
 }

@@ -11,19 +11,31 @@ use super::tree;
 /// A file that it rejects is rejected when read. The reverse does not hold: rules between fields, such as that the robot fits
 /// the duct, are beyond it.
 pub fn schema() -> Value {
-    let mut root = table(fields::root());
-    let head = json!({
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "ductloop scenario",
-    });
-    if let (Value::Object(root), Value::Object(head)) = (&mut root, head) {
-        root.extend(head);
-    }
-    root
+    headed(table(fields::root(), Whole::Yes), "ductloop scenario")
 }
 
-fn table(shape: &TableShape) -> Value {
-    let properties: Map<String, Value> = shape.children.iter().map(|(key, child)| ((*key).to_owned(), of(child))).collect();
+/// A scenario that something else completes: nothing is required, and a fitting may be of no kind yet.
+pub(super) fn part() -> Value {
+    table(fields::root(), Whole::No)
+}
+
+/// With the dialect and a title.
+pub(super) fn headed(mut schema: Value, title: &str) -> Value {
+    schema["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
+    schema["title"] = json!(title);
+    schema
+}
+
+/// Whether what must be there is there, or may be given from elsewhere.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Whole {
+    Yes,
+    No,
+}
+
+fn table(shape: &TableShape, whole: Whole) -> Value {
+    let properties: Map<String, Value> =
+        shape.children.iter().map(|(key, child)| ((*key).to_owned(), of(child, whole))).collect();
     let required: Vec<&str> = shape.children.iter().filter(|(_, child)| child.is_required()).map(|(key, _)| *key).collect();
     let mut schema = json!({
         "type": "object",
@@ -32,11 +44,11 @@ fn table(shape: &TableShape) -> Value {
         "additionalProperties": false,
     });
     // A surface or laser that overrides a preset's needs only what it changes.
-    if !required.is_empty() && !shape.row.path.ends_with(".*") {
+    if whole == Whole::Yes && !required.is_empty() && !shape.row.path.ends_with(".*") {
         schema["required"] = json!(required);
     }
     let one = |key: &&str| json!({ "required": [key] });
-    if !shape.row.exactly_one.is_empty() {
+    if whole == Whole::Yes && !shape.row.exactly_one.is_empty() {
         schema["oneOf"] = shape.row.exactly_one.iter().map(one).collect();
     }
     if !shape.row.at_most_one.is_empty() {
@@ -45,20 +57,56 @@ fn table(shape: &TableShape) -> Value {
     schema
 }
 
-fn of(shape: &Shape) -> Value {
+fn of(shape: &Shape, whole: Whole) -> Value {
     match shape {
         Shape::Leaf(field) => leaf(field),
-        Shape::Table(inner) => table(inner),
+        Shape::Table(inner) => table(inner, whole),
         Shape::Named(inner) => json!({
             "type": "object",
             "description": inner.row.about,
-            "patternProperties": { NAME: table(inner) },
+            "patternProperties": { NAME: table(inner, whole) },
             "additionalProperties": false,
         }),
-        Shape::List(inner) => json!({ "type": "array", "items": table(inner), "minItems": inner.row.min_len }),
+        Shape::List(inner) => {
+            let least = if whole == Whole::Yes { inner.row.min_len } else { 0 };
+            json!({ "type": "array", "items": table(inner, whole), "minItems": least })
+        }
     }
 }
 
+/// Values that fields take in turn: the tables of a scenario, with an array of values in the place of each. Where a path has an index
+/// it is a key in quotes, of which no more is said.
+pub(super) fn levels(without: &[&str]) -> Value {
+    let mut schema = levels_of(fields::root());
+    if let Some(properties) = schema["properties"].as_object_mut() {
+        properties.retain(|key, _| !without.contains(&key.as_str()));
+    }
+    schema
+}
+
+fn levels_of(shape: &TableShape) -> Value {
+    let of = |shape: &Shape| match shape {
+        Shape::Leaf(field) => Some(json!({ "type": "array", "items": leaf(field), "minItems": 1 })),
+        Shape::Table(inner) => Some(levels_of(inner)),
+        Shape::Named(inner) => Some(json!({
+            "type": "object",
+            "patternProperties": { PATH: json!({ "type": "array", "minItems": 1 }), NAME: levels_of(inner) },
+            "additionalProperties": false,
+        })),
+        Shape::List(_) => None,
+    };
+    let properties: Map<String, Value> =
+        shape.children.iter().filter_map(|(key, child)| Some(((*key).to_owned(), of(child)?))).collect();
+    json!({
+        "type": "object",
+        "properties": properties,
+        "patternProperties": { PATH: json!({ "type": "array", "minItems": 1 }) },
+        "additionalProperties": false,
+    })
+}
+
+/// A key that is a path: only so can it have an index.
+const PATH: &str = "[.\\[]";
 const NAME: &str = "^[A-Za-z0-9_-]{1,64}$";
 
 fn leaf(field: &Field) -> Value {

@@ -30,7 +30,16 @@ fn a_study_leaves_figures_tables_and_maps() {
     assert_eq!(document["cells"][3]["values"]["sensor.preset"], "incra1");
     let names = workshop.names("out/accuracy-smoke");
     assert_eq!(names, ["accuracy.parquet", "manifest.json", "maps", "poses", "report.html", "scenario.toml", "summary.json"]);
-    assert_eq!(workshop.names("out/accuracy-smoke/maps"), ["paper-heading.svg", "paper-lateral.svg", "paper-wall.svg"]);
+    // A map of each rig; where the robot stands is what a map is over.
+    let maps = ["paper-heading.svg", "paper-lateral.svg", "paper-wall.svg"];
+    let of_both: Vec<_> = ["000", "002"].iter().flat_map(|cell| maps.map(|map| format!("{cell}-{map}"))).collect();
+    assert_eq!(workshop.names("out/accuracy-smoke/maps"), of_both);
+    let page = workshop.read("out/accuracy-smoke/report.html");
+    assert_eq!(
+        (page.matches("<details").count(), page.matches("<details open").count(), page.matches("<figure>").count()),
+        (2, 1, 6)
+    );
+    assert!(page.contains("sensor.preset = wide <") && page.contains("sensor.preset = incra1 <"));
     let written: Value = serde_json::from_str(&workshop.read("out/accuracy-smoke/summary.json")).expect("JSON");
     assert_eq!(written, document);
     // The worst pose can be looked at: its picture, and a scenario that starts there.

@@ -33,6 +33,11 @@ fn the_schema_is_json_and_knows_the_fields() {
     assert!(schema["$schema"].as_str().expect("a dialect").starts_with("https://json-schema.org/"), "{schema}");
     assert_eq!(schema["properties"]["duct"]["properties"]["width_m"]["type"], "number");
     assert_eq!(schema["properties"]["seed"]["maximum"], i64::MAX);
+    assert_eq!(workshop.run(&["schema", "--kind", "scenario"]).expect(0).json(), schema);
+    let of = |kind: &str| workshop.run(&["schema", "--kind", kind]).expect(0).json();
+    assert_eq!(of("accuracy")["properties"]["poses"]["properties"]["count"]["type"], "integer");
+    assert_eq!(of("gauge")["properties"]["gauge"]["properties"]["window_px"]["maximum"], 200);
+    workshop.run(&["schema", "--kind", "sweep"]).expect(2).saying(&["sweep", "scenario, accuracy, gauge"]);
 }
 
 #[test]

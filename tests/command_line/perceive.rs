@@ -81,6 +81,46 @@ fn a_rendered_frame_shows_its_walls() {
     );
 }
 
+/// Of one wall alone the lateral error hangs on the duct's width. A rig that does not say it has none to assume: then there is no such
+/// error, and heading and wall are as they were. Two walls tell the width themselves.
+#[test]
+fn one_wall_gives_no_lateral_error_without_a_width() {
+    let workshop = Workshop::new();
+    let offset = format!("{}[start]\nlateral_m = 0.03\nheading_deg = 2.0\n", scenario("offset", 3.0));
+    let one = format!("{offset}[sensor]\npreset = \"incra1\"\n");
+    for (name, text) in [("both", &offset), ("one", &one)] {
+        workshop.write(&format!("{name}.toml"), text);
+        let png = format!("{name}.png");
+        workshop
+            .run(&["render", &format!("{name}.toml"), "--at-s", "0", "--renderer", "cpu", "--out", &png, "--quiet"])
+            .expect(0);
+    }
+    workshop.write("incra1.toml", "[sensor]\npreset = \"incra1\"\n");
+    workshop.write("wide.toml", "[sensor]\npreset = \"wide\"\n");
+    workshop.write("width.toml", "[navigation]\nwidth_m = 0.5\n");
+    let read = |args: &[&str]| {
+        let args: Vec<_> = ["perceive", "--json"].iter().chain(args).copied().collect();
+        workshop.run(&args).expect(0).json()["images"][0].clone()
+    };
+    for pipeline in ["robust", "paper"] {
+        let unknown = read(&["one.png", "--rig", "incra1.toml", "--pipeline", pipeline]);
+        let walls: Vec<_> =
+            unknown["planes"].as_array().expect("planes").iter().filter_map(|plane| plane["wall"].as_str()).collect();
+        assert!(walls.contains(&"right") && !walls.contains(&"left"), "{walls:?}");
+        assert_eq!((&unknown["lateral_m"], &unknown["sigma"]["lateral_m"]), (&Value::Null, &Value::Null), "{pipeline}");
+        let known = read(&["one.png", "--rig", "incra1.toml", "--rig", "width.toml", "--pipeline", pipeline]);
+        assert_eq!(known, read(&["one.png", "--rig", "one.toml", "--pipeline", pipeline]));
+        assert!((known["lateral_m"].as_f64().expect("a number") - 0.03).abs() < 2e-3, "{pipeline}: {}", known["lateral_m"]);
+        assert!(known["heading_rad"].is_number());
+        assert_eq!((&known["heading_rad"], &known["planes"]), (&unknown["heading_rad"], &unknown["planes"]));
+    }
+    let both = read(&["both.png", "--rig", "wide.toml"]);
+    assert!((both["lateral_m"].as_f64().expect("a number") - 0.03).abs() < 5e-4, "{}", both["lateral_m"]);
+    let told = workshop.run(&["perceive", "one.png", "--rig", "incra1.toml"]).expect(0).stdout;
+    assert!(told.contains("lateral not known") && told.contains("[navigation] width_m"), "{told}");
+    assert!(!workshop.run(&["perceive", "both.png", "--rig", "wide.toml"]).expect(0).stdout.contains("not known"));
+}
+
 #[test]
 fn without_a_rig_there_are_centres_and_lines() {
     let workshop = Workshop::new();
@@ -181,10 +221,26 @@ fn results_replace_neither_what_is_read_nor_what_is_not_of_perceive() {
         "would replace a.overlay.png",
     );
     assert_eq!(std::fs::read(workshop.path("a.overlay.png")).expect("a file"), before);
-    // Its own documents are replaced.
+    // Its own documents and pictures are replaced.
     for _ in 0..2 {
         workshop.run(&["perceive", "a.png"]).expect(0);
     }
+    // Somebody else's picture is not, however it is called, unless it is told to.
+    let overlay = workshop.path("out/perceive/a.overlay.png");
+    let own = std::fs::read(&overlay).expect("a file");
+    for other in [&before[..], b"no picture", b""] {
+        workshop.write("out/perceive/a.overlay.png", other);
+        let ran = workshop.run(&["perceive", "a.png"]).expect(2);
+        ran.saying(&["--out out/perceive/a.overlay.png", "`perceive` did not write it", "`--force`"]);
+        assert_eq!(std::fs::read(&overlay).expect("a file"), other);
+    }
+    workshop.run(&["perceive", "a.png", "--force"]).expect(0);
+    assert_eq!(std::fs::read(&overlay).expect("a file"), own);
+    // What is read stays, force or not.
+    workshop
+        .run(&["perceive", "a.png", "a.overlay.png", "--out", ".", "--force"])
+        .expect(2)
+        .saying(&["would replace a.overlay.png"]);
     let _ = std::fs::remove_dir_all(workshop.path("out"));
     // A place where nothing can be made is told before anything is read.
     #[cfg(target_os = "linux")]

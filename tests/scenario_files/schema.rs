@@ -1,6 +1,7 @@
 //! The JSON Schema and the reader say the same of what a schema can say.
 
 use ductloop::Scenario;
+use ductloop::scenario::accuracy_file::{self, AccuracyFile};
 use ductloop::scenario::{fields, schema};
 use serde_json::Value;
 
@@ -29,6 +30,7 @@ fn violation(schema: &Value, value: &Value, at: &str) -> Option<String> {
         "oneOf",
         "not",
         "pattern",
+        "uniqueItems",
     ];
     for keyword in schema.as_object().expect("a schema is an object").keys() {
         assert!(known.contains(&keyword.as_str()), "this validator does not know `{keyword}`");
@@ -59,7 +61,7 @@ fn violation(schema: &Value, value: &Value, at: &str) -> Option<String> {
         return wrong(format!("{x} is out of bounds"));
     }
     if let (Some(_), Some(text)) = (schema["pattern"].as_str(), value.as_str())
-        && !is_name(text)
+        && !schema["pattern"].as_str().is_some_and(|pattern| matches(pattern, text))
     {
         return wrong(format!("`{text}` does not match"));
     }
@@ -77,6 +79,9 @@ fn violation(schema: &Value, value: &Value, at: &str) -> Option<String> {
         if schema["minItems"].as_u64().is_some_and(|min| len < min) || schema["maxItems"].as_u64().is_some_and(|max| len > max) {
             return wrong(format!("{len} elements"));
         }
+        if schema["uniqueItems"] == true && (1..items.len()).any(|i| items[..i].contains(&items[i])) {
+            return wrong("the same twice".to_owned());
+        }
         let schema = schema.get("items")?;
         return items.iter().enumerate().find_map(|(i, item)| violation(schema, item, &format!("{at}[{i}]")));
     }
@@ -87,9 +92,8 @@ fn violation(schema: &Value, value: &Value, at: &str) -> Option<String> {
         }
     }
     object.iter().find_map(|(key, inner)| {
-        let named =
-            schema["patternProperties"].as_object().and_then(|patterns| patterns.values().next()).filter(|_| is_name(key));
-        match schema["properties"].get(key).or(named) {
+        let named = schema["patternProperties"].as_object().into_iter().flatten().find(|(pattern, _)| matches(pattern, key));
+        match schema["properties"].get(key).or(named.map(|(_, schema)| schema)) {
             Some(schema) => violation(schema, inner, &format!("{at}.{key}")),
             None if schema["additionalProperties"] == false => wrong(format!("`{key}` is not known")),
             None => None,
@@ -97,7 +101,15 @@ fn violation(schema: &Value, value: &Value, at: &str) -> Option<String> {
     })
 }
 
-/// The one pattern that there is.
+/// The patterns that there are.
+fn matches(pattern: &str, key: &str) -> bool {
+    match pattern {
+        "^[A-Za-z0-9_-]{1,64}$" => is_name(key),
+        "[.\\[]" => key.contains(['.', '[']),
+        other => panic!("pattern {other}"),
+    }
+}
+
 fn is_name(text: &str) -> bool {
     (1..=64).contains(&text.len()) && text.chars().all(|c| c.is_ascii_alphanumeric() || "-_".contains(c))
 }
@@ -158,6 +170,119 @@ fn it_rejects_what_the_reader_rejects() {
         assert!(violation(&schema, &to_json(&text), "").is_some(), "the schema accepts {what}:\n{text}");
         assert!(Scenario::from_toml_str(&text).is_err(), "the reader accepts {what}:\n{text}");
     }
+}
+
+const STUDY: &str = "format = 1\nkind = \"accuracy\"\nname = \"rigs\"\n[poses]\ncount = 7\nwall_m = [0.15, 0.5]\n[grid]\n\
+                     duct.surface = [\"galvanised\", \"painted\"]\n[pass.robust]\nheading_rms_deg = 0.1\n[duct]\nheight_m = 0.3\n\
+                     run = [{ straight_m = 20.0 }]\n";
+
+/// The grid may give what the file leaves out, and what no table of it can hold goes by its path.
+#[test]
+fn that_of_studies_accepts_what_their_reader_accepts() {
+    let schema = accuracy_file::schema();
+    for path in files("scenarios/studies", "toml") {
+        let typed = std::fs::read_to_string(&path).expect("a study");
+        assert_eq!(violation(&schema, &to_json(&typed), ""), None, "{}", path.display());
+    }
+    let surface = "duct.surface = [\"galvanised\", \"painted\"]";
+    for (from, to) in [
+        ("", ""),
+        ("height_m = 0.3\n", ""),
+        (surface, "duct.height_m = [0.3, 0.4]"),
+        (surface, "\"duct.run[0].straight_m\" = [20.0, 30.0]"),
+        (surface, "[grid.duct]\n\"run[0].straight_m\" = [20.0, 30.0]"),
+        (surface, "sensor.laser.low.power = [0.5, 1.0]\nsensor.exposure = [\"auto\", 4]\nseed = [1, 2]"),
+        ("wall_m = [0.15, 0.5]", "width_m = [0.4, 0.5]\nlateral_m = [-0.1, 0]\nheading_deg = [0, 0]\ndistance_m = [8, 9]"),
+        ("[poses]", "pipelines = [\"paper\"]\n[poses]"),
+    ] {
+        assert!(STUDY.contains(from), "{from}");
+        let mut text = STUDY.replacen(from, to, 1);
+        if from.starts_with("height_m") {
+            text = text.replace("[grid]", "[grid]\nduct.height_m = [0.3, 0.4]");
+        }
+        if to.starts_with("width_m") {
+            text = text.replace("height_m = 0.3", "height_m = 0.3\nwidth_m = 0.5");
+        }
+        AccuracyFile::from_toml_str(&text).unwrap_or_else(|errors| panic!("{text}: {errors}"));
+        assert_eq!(violation(&schema, &to_json(&text), ""), None, "{text}");
+    }
+}
+
+#[test]
+fn that_of_studies_rejects_what_their_reader_rejects() {
+    let schema = accuracy_file::schema();
+    let surface = "duct.surface = [\"galvanised\", \"painted\"]";
+    for (from, to) in [
+        ("\"accuracy\"", "\"scenario\""),
+        ("name = \"rigs\"\n", ""),
+        ("[poses]", "pipelines = [\"truth\"]\n[poses]"),
+        ("[poses]", "pipelines = [\"paper\", \"paper\"]\n[poses]"),
+        ("[poses]", "pipelines = []\n[poses]"),
+        ("[poses]", "[positions]"),
+        ("count = 7", "count = 0"),
+        ("count = 7", "counts = 7"),
+        ("[0.15, 0.5]", "[0.15, 5.5]"),
+        ("[0.15, 0.5]", "0.5"),
+        (surface, "duct.surface = \"painted\""),
+        (surface, "duct.surface = []"),
+        (surface, "duct.surfaces = [\"painted\"]"),
+        (surface, "duct.height_m = [0.3, -0.3]"),
+        (surface, "name = [\"a\", \"b\"]"),
+        ("[pass.robust]", "[pass.truth]"),
+        ("heading_rms_deg", "heading_rms_rad"),
+        ("heading_rms_deg = 0.1", "heading_rms_deg = \"0.1\""),
+        ("height_m = 0.3", "height_mm = 300"),
+    ] {
+        assert!(STUDY.contains(from), "{from}");
+        let text = STUDY.replacen(from, to, 1);
+        assert!(violation(&schema, &to_json(&text), "").is_some(), "the schema accepts {to}:\n{text}");
+        assert!(AccuracyFile::from_toml_str(&text).is_err(), "the reader accepts {to}:\n{text}");
+    }
+}
+
+#[cfg(feature = "cli")]
+#[test]
+fn that_of_gauges_and_their_reader_agree() {
+    use ductloop::calibrate::gauge;
+    let schema = gauge::schema();
+    let text = std::fs::read_to_string("scenarios/gauge/incra1.toml").expect("the gauge");
+    assert_eq!(violation(&schema, &to_json(&text), ""), None);
+    assert!(gauge::file::GaugeFile::parse("g.toml", &text).is_ok());
+    let rejected = |text: &str, what: &str| {
+        assert!(violation(&schema, &to_json(text), "").is_some(), "the schema accepts {what}");
+        assert!(gauge::file::GaugeFile::parse("g.toml", text).is_err(), "the reader accepts {what}");
+    };
+    // Without any one of its keys, and with another in its place.
+    let keys = [
+        "surface = \"block\"",
+        "size_mm =",
+        "origin_m =",
+        "turn_rad =",
+        "shift_mm =",
+        "mark_sigma_px =",
+        "window_px =",
+        "heights_mm =",
+    ];
+    let more = ["depths_mm =", "height_m =", "points_mm = [[50.0"];
+    for key in keys.iter().chain(&more) {
+        assert_eq!(text.matches(key).count(), 1, "{key}");
+        let lines: Vec<_> = text.lines().filter(|line| !line.starts_with(key)).collect();
+        rejected(&lines.join("\n"), &format!("no {key}"));
+        rejected(&text.replace(key, &format!("x{key}")), &format!("x{key}"));
+    }
+    for (from, to) in [
+        ("[700.0, 800.0]", "[700.0, 8.0]"),
+        ("window_px = 20 ", "window_px = 1 "),
+        ("mark_sigma_px = 0.1", "mark_sigma_px = -0.1"),
+        ("origin_m = [0.8, ", "origin_m = ["),
+        ("origin_m = [0.8, ", "origin_m = [1e6, "),
+        ("albedo = 0.5", "albedo = 5.0"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        rejected(&text.replace(from, to), to);
+    }
+    let (scene, _) = text.split_once("[gauge]").expect("a section");
+    rejected(scene, "a scene alone");
 }
 
 /// The schema of a path of the table of fields.

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use super::schema::{BEYOND, SIZE_MM, WINDOW_PX};
 use crate::bounded_file;
 use crate::calibrate::camera::MOST_BYTES;
 use crate::calibrate::places;
@@ -120,14 +121,16 @@ impl GaugeFile {
         let points = laser.iter().flat_map(|laser| laser.points_mm.iter().flatten());
         let paper = laser.iter().flat_map(|laser| &laser.paper_misses_mm);
         let all = numbers.chain(points).chain(paper).chain(&test.heights_mm).chain(&test.depths_mm);
-        if !all.copied().all(|x| x.abs() < 1e5) {
+        if !all.copied().all(|x| x.abs() < BEYOND) {
             return Some("[gauge] holds a number that is not finite, or beyond 100 m".into());
         }
-        if !size_mm.iter().all(|size| (10.0..=5000.0).contains(size)) {
-            return Some("gauge.size_mm must be from 10 to 5000".into());
+        let [least, most] = SIZE_MM;
+        if !size_mm.iter().all(|size| (least..=most).contains(size)) {
+            return Some(format!("gauge.size_mm must be from {least} to {most}"));
         }
-        if *mark_sigma_px < 0.0 || !(2..=200).contains(window_px) {
-            return Some("gauge.mark_sigma_px must not be negative, and gauge.window_px must be from 2 to 200".into());
+        let [least, most] = WINDOW_PX;
+        if *mark_sigma_px < 0.0 || !(least..=most).contains(window_px) {
+            return Some(format!("gauge.mark_sigma_px must not be negative, and gauge.window_px must be from {least} to {most}"));
         }
         let mut depths = laser.iter().flat_map(|laser| laser.points_mm.iter().map(|[_, z]| z)).chain(&test.depths_mm);
         if let Some(z) = depths.find(|z| **z < 20.0) {

@@ -1,7 +1,8 @@
 //! The paper's experiment from image to millimetre: a block before the rendered camera, stripes found, equation 14 solved, and the
 //! block measured where T was not calibrated.
 //!
-//! - [`mod@file`]: the experiment as it stands in a file; - `scene`: the block at a depth, what the camera sees and what is the case;
+//! - [`mod@file`]: the experiment as it stands in a file; - [`schema()`]: that format, for editors;
+//! - `scene`: the block at a depth, what the camera sees and what is the case;
 //! - [`stripe`]: a stripe's centre in an image; - [`figure`]: the paper's figure 9.
 //!
 //! What is measured is the stripe's centre across itself. Where along the stripe a point lies, the block's marks say (the paper
@@ -10,6 +11,7 @@
 pub mod figure;
 pub mod file;
 mod scene;
+mod schema;
 pub mod stripe;
 
 use ductloop_nav::calibration::linear::{LinearCalibration, position_mm, rms_mm, with_last_one};
@@ -21,6 +23,7 @@ use crate::engine::Engine;
 use crate::scenario::Diagnostics;
 use file::GaugeFile;
 use scene::Scene;
+pub use schema::schema;
 
 /// A point of the block that was measured.
 #[derive(Clone, Copy, Debug, PartialEq)]

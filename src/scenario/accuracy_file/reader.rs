@@ -1,6 +1,7 @@
 //! The tables of an accuracy file that are not a scenario's, each value against what it must be.
 
 use super::criteria::{BOUNDS, PassBound};
+use super::drawn::DRAWN;
 use super::{Factor, Finding, KIND, MOST_POSES, Node, Pipeline, Poses, Span, Table, Value, fields};
 use crate::scenario::tree::Entry;
 use crate::scenario::unknown_key;
@@ -13,8 +14,8 @@ pub(super) struct Reader {
 
 /// Keys that a study has beside a scenario's; `pass` has another meaning.
 const TABLES: [&str; 3] = ["pipelines", "poses", "grid"];
-/// Keys of `[poses]`.
-const POSES: [&str; 6] = ["count", "wall_m", "width_m", "lateral_m", "heading_deg", "distance_m"];
+/// Fields that the whole study has once, so that the grid cannot give them values.
+pub(super) const OF_THE_FILE: [&str; 3] = [fields::FORMAT, fields::KIND, "name"];
 
 impl Reader {
     fn wrong(&mut self, span: Span, message: impl Into<String>, help: impl Into<String>) {
@@ -47,23 +48,22 @@ impl Reader {
         self.findings.extend(unknown.map(|entry| unknown_key::finding_beside(shape, "", entry, &TABLES)));
     }
 
-    /// What was laid over the file at a field that the study itself gives values: it would never count.
+    /// What would never count: a field of the grid that `[poses]` draws, and what was laid over the file at a field that the study itself
+    /// gives values.
     pub(super) fn overruled(&mut self, root: &Table, factors: &[Factor], poses: &Poses) {
+        let drawn = poses.draws();
+        for factor in factors {
+            if let Some((key, path)) = drawn.iter().find(|(_, path)| *path == factor.path) {
+                let message =
+                    format!("`{key}` of `[poses]` draws `{path}` for each pose, so the grid's values would never count");
+                self.wrong(factor.span, message, format!("take `{path}` out of `[grid]`, or `{key}` out of `[poses]`"));
+            }
+        }
         let gridded = factors.iter().map(|factor| {
             let path = factor.path.as_str();
             (path, "grid", format!("as in `--set 'grid.{path}=[VALUE, …]'`"))
         });
-        let Poses { wall_m, width_m, lateral_m, heading_rad, distance_m, .. } = poses;
-        let drawn = [
-            (wall_m, "wall_m", "start.lateral_m"),
-            (wall_m, "wall_m", "duct.width_m"),
-            (width_m, "width_m", "duct.width_m"),
-            (lateral_m, "lateral_m", "start.lateral_m"),
-            (heading_rad, "heading_deg", "start.heading_deg"),
-            (distance_m, "distance_m", "start.distance_m"),
-        ];
-        let drawn = drawn.into_iter().filter(|(range, ..)| range.is_some());
-        let drawn = drawn.map(|(_, key, path)| (path, "poses", format!("as in `--set 'poses.{key}=[FROM, TO]'`")));
+        let drawn = drawn.into_iter().map(|(key, path)| (path, "poses", format!("as in `--set 'poses.{key}=[FROM, TO]'`")));
         for (path, table, help) in gridded.chain(drawn).collect::<Vec<_>>() {
             // The file itself is the first source.
             if let Some(node) = at(root, path).filter(|node| node.span.source > 0) {
@@ -107,16 +107,22 @@ impl Reader {
                         self.wrong(node.span, format!("`count` is a whole number from 1 to {MOST_POSES}"), "as in `count = 500`")
                     }
                 },
-                "wall_m" => poses.wall_m = self.range(entry, [0.01, 5.0]),
-                "width_m" => poses.width_m = self.range(entry, [0.05, 10.0]),
-                "lateral_m" => poses.lateral_m = self.range(entry, [-5.0, 5.0]),
-                "heading_deg" => poses.heading_rad = self.range(entry, [-90.0, 90.0]).map(|range| range.map(f64::to_radians)),
-                "distance_m" => poses.distance_m = self.range(entry, [0.0, 1e5]),
-                other => self.wrong(
-                    entry.key_span,
-                    format!("unknown key `{other}` in `poses`"),
-                    format!("known here: {}", POSES.join(", ")),
-                ),
+                key => {
+                    let Some(drawn) = DRAWN.iter().find(|drawn| drawn.key == key) else {
+                        let known: Vec<_> = DRAWN.iter().map(|drawn| drawn.key).collect();
+                        let message = format!("unknown key `{key}` in `poses`");
+                        self.wrong(entry.key_span, message, format!("known here: count, {}", known.join(", ")));
+                        continue;
+                    };
+                    let range = self.range(entry, drawn.bounds);
+                    match key {
+                        "wall_m" => poses.wall_m = range,
+                        "width_m" => poses.width_m = range,
+                        "lateral_m" => poses.lateral_m = range,
+                        "heading_deg" => poses.heading_rad = range.map(|range| range.map(f64::to_radians)),
+                        _ => poses.distance_m = range,
+                    }
+                }
             }
         }
         if poses.wall_m.is_some() && (poses.width_m.is_some() || poses.lateral_m.is_some()) {
@@ -182,6 +188,10 @@ impl Reader {
             match &entry.node.value {
                 Value::Table(inner) => self.factors(&path, inner, factors),
                 Value::List(levels) if !levels.is_empty() => match fields::field(&path) {
+                    Some(_) if OF_THE_FILE.contains(&path.as_str()) => {
+                        let message = format!("`{path}` is the whole study's, so the grid cannot give it values");
+                        self.wrong(entry.key_span, message, format!("take `{path}` out of `[grid]`"));
+                    }
                     Some(_) => factors.push(Factor { path, span: entry.key_span, levels: levels.clone() }),
                     None => {
                         let help =

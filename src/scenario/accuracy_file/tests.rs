@@ -48,10 +48,20 @@ fn what_is_wrong_is_said_at_its_place() {
         ("sensor.preset = [\"wide\", \"incra1\"]", "sensor.preset = \"wide\"", 10, "needs the values that it takes"),
         ("sensor.preset = [\"wide\", \"incra1\"]", "sensor.preset = [\"wide\", \"narrow\"]", 10, "narrow"),
         ("[pass.robust]", "[pass.truth]", 12, "`truth` is not a pipeline"),
+        ("duct.surface = [", "name = [\"a\", \"b\"]\nduct.surface = [", 11, "`name` is the whole study's"),
         ("detection_min = 0.99", "detections = 0.99", 14, "unknown bound `detections`"),
         ("[grid]", "[gird]", 9, "unknown key `gird`"),
         ("[poses]", "[positions]", 5, "unknown key `positions`"),
         ("height_m = 0.3", "height_mm = 0.3", 16, "unknown key `height_mm`"),
+        (
+            "duct.surface = [",
+            "start.heading_deg = [0.0]\nduct.surface = [",
+            11,
+            "`heading_deg` of `[poses]` draws `start.heading_deg`",
+        ),
+        ("duct.surface = [", "start.lateral_m = [0.0]\nduct.surface = [", 11, "`wall_m` of `[poses]` draws `start.lateral_m`"),
+        ("duct.surface = [", "duct.width_m = [0.5, 0.8]\nduct.surface = [", 11, "`wall_m` of `[poses]` draws `duct.width_m`"),
+        ("wall_m = [0.15, 0.5]", "distance_m = [1.0, 2.0]\n[grid.start]\ndistance_m = [3.0]", 9, "draws `start.distance_m`"),
     ] {
         let text = FILE.replace(from, to);
         assert_ne!(text, FILE, "{from}");
@@ -89,6 +99,10 @@ fn what_would_never_count_is_refused() {
         assert!(found[0].message.contains(words) && found[0].help.is_some(), "{found:?}");
     }
     assert_eq!(read("grid.duct.surface=[\"rubber\"]").unwrap().cells.len(), 2);
+    // What is not drawn may be in the grid, and what the grid is given by an argument is held against what is drawn, too.
+    assert_eq!(read("grid.start.distance_m=[2.0, 3.0]").unwrap().cells.len(), 12);
+    let Diagnostics(found) = read("grid.start.heading_deg=[2.0, 3.0]").unwrap_err();
+    assert!(found[0].file.starts_with("--set grid.start.heading_deg"), "{found:?}");
     assert!(read("start.distance_m=2.0").is_ok());
 }
 

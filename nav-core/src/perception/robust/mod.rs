@@ -24,6 +24,8 @@ mod overexposed;
 mod plane_fit;
 mod proposal;
 mod stripe;
+#[cfg(test)]
+mod test_rig;
 mod view;
 
 use nalgebra::Vector3;

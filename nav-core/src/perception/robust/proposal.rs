@@ -392,3 +392,48 @@ fn gather(wall: Wall, m: Vector3<f64>, segments: &[Segment], taken: u64, project
     proposal.thickness /= (total(&proposal) as f64).max(1.0);
     proposal
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_rig::rig;
+    use super::*;
+
+    const LEFT: [f64; 3] = [-4.0, 0.0, 0.0];
+
+    /// What is taken for a wall on the stripe of laser `low` on the left wall alone, 0.25 m from the camera, `thicker` than it should be.
+    fn alone(is_full: bool, thicker: f64, parallel: Option<&Vector3<f64>>) -> Option<Proposal> {
+        let rig = rig();
+        let (projector, m) = (Projector::new(&rig, 0.6, 0.8), Vector3::from(LEFT));
+        let upright = Upright::new(rig.mount.base_from_camera(rig.mount.rest));
+        let limits = Limits { max_heading_rad: 0.6, distance_m: [0.03, 4.0] };
+        let at = |x: f64| projector.stripe(0, &m, x, 240.0).map(|stripe| ([x, stripe.y_px], stripe.ray, stripe.sigma_px));
+        let [Some(from), Some(to)] = [at(20.0), at(180.0)] else { return None };
+        let segment = Segment {
+            ends: [from.0, to.0],
+            rays: [from.1, to.1],
+            blocks: 40,
+            sigma_px: thicker * (from.2 + to.2) / 2.0,
+            residual_px: 0.1,
+            is_full,
+        };
+        let (mut proposer, mut proposals) = (Proposer::default(), Vec::new());
+        proposer.find(&[segment], &projector, &upright, &limits, &mut proposals);
+        assert!(proposals.is_empty(), "one stripe, and not alone: {proposals:?}");
+        proposer.lone(Wall::Left, 0, parallel, &[segment], &projector, &upright)
+    }
+
+    /// A lone stripe is known for its laser's by its thickness. One that is cut off at its top has none to be known by: it seems thicker
+    /// than it is, and any laser's stripe could seem so. So it is never taken alone, not even where it is as thick as it should be.
+    #[test]
+    fn an_overexposed_stripe_is_never_taken_alone() {
+        for parallel in [None, Some(Vector3::from(LEFT) * -1.0)] {
+            let found = alone(false, 1.0, parallel.as_ref()).expect("as thick as it should be");
+            assert!(found.lone && found.support[0] == 40, "{found:?}");
+            assert!((found.m - Vector3::from(LEFT)).norm() < 1e-6, "{found:?}");
+            for thicker in [1.0, 1.2, 1.6, 3.0] {
+                assert!(alone(true, thicker, parallel.as_ref()).is_none(), "full and {thicker} times as thick");
+            }
+        }
+        assert!(alone(false, 1.6, None).is_none(), "not as thick as it should be");
+    }
+}
