@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 use ductloop::calibrate::gauge;
-use ductloop::scenario::{self, accuracy_file};
+use ductloop::scenario::{self, accuracy_file, sweep_file};
 
 use super::problem::Problem;
 use super::streams::print_json;
@@ -28,6 +28,8 @@ pub(crate) enum Kind {
     Scenario,
     /// A grid of poses, each rendered and estimated: `ductloop accuracy`
     Accuracy,
+    /// A design of experiments: `ductloop sweep`
+    Sweep,
     /// A calibration with a simulated block gauge: `ductloop calibrate --gauge`
     Gauge,
 }
@@ -40,6 +42,7 @@ pub(crate) fn command(args: &SchemaArgs) -> Result<u8, Problem> {
     let schema = match args.kind {
         Kind::Scenario => scenario::schema(),
         Kind::Accuracy => accuracy_file::schema(),
+        Kind::Sweep => sweep_file::schema(),
         Kind::Gauge => gauge::schema(),
     };
     print_json(&schema).map(|()| 0)

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
-use arrow_schema::ArrowError;
+use arrow_schema::{ArrowError, SchemaRef};
 use ductloop_nav::estimation::{Estimate, Outcome};
 use ductloop_nav::navigator::{Reason, State};
 use ductloop_nav::perception::Wall;
@@ -204,10 +204,15 @@ pub fn parquet(frames: &[FrameRecord]) -> Result<Vec<u8>, ParquetError> {
 
 /// A table as a Parquet file, compressed with Snappy.
 pub(crate) fn to_parquet(table: &RecordBatch) -> Result<Vec<u8>, ParquetError> {
-    let properties = WriterProperties::builder().set_compression(Compression::SNAPPY).build();
-    let mut writer = ArrowWriter::try_new(Vec::new(), table.schema(), Some(properties))?;
+    let mut writer = table_writer(table.schema())?;
     writer.write(table)?;
     writer.into_inner()
+}
+
+/// A Parquet file in the making, compressed with Snappy.
+pub(crate) fn table_writer(schema: SchemaRef) -> Result<ArrowWriter<Vec<u8>>, ParquetError> {
+    let properties = WriterProperties::builder().set_compression(Compression::SNAPPY).build();
+    ArrowWriter::try_new(Vec::new(), schema, Some(properties))
 }
 
 /// The columns so far.

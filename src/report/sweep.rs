@@ -11,6 +11,7 @@ use crate::sweep::repeat;
 use crate::sweep::table::Table;
 
 mod effects;
+mod interactions;
 mod pairs;
 
 const PAGE: &str = include_str!("sweep.html");
@@ -92,11 +93,18 @@ pub fn html(plan: &Plan, table: &Table, summary: &Json) -> Result<String, Report
         titles => metrics.iter().map(|metric| metric.title).collect::<Vec<_>>(),
         overall => row(&overall, &metrics),
         effects => effects,
+        interactions => interactions::plots(plan, table, &metrics).iter().map(|(_, plot)| drawing(plot.svg())).collect::<Vec<_>>(),
         maps => pairs::maps(plan, table, &metrics).iter().map(|map| drawing(map.svg())).collect::<Vec<_>>(),
         worst => worst,
         points => listed,
         build => plan.build.as_str(), version => plan.version.as_str(), renderer => plan.renderer.as_str(),
     })?)
+}
+
+/// The plots of a factor over another as pictures of their own, each with its file's name.
+pub fn pictures(plan: &Plan, table: &Table) -> Vec<(String, String)> {
+    let plots = interactions::plots(plan, table, &shown(plan));
+    plots.iter().map(|(name, plot)| (format!("{name}.svg"), interactions::standalone(plot))).collect()
 }
 
 /// A group as a row of a table.

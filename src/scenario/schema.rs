@@ -75,22 +75,27 @@ fn of(shape: &Shape, whole: Whole) -> Value {
 }
 
 /// Values that fields take in turn: the tables of a scenario, with an array of values in the place of each. Where a path has an index
-/// it is a key in quotes, of which no more is said.
-pub(super) fn levels(without: &[&str]) -> Value {
-    let mut schema = levels_of(fields::root());
+/// it is a key in quotes, of which no more is said. `others` are other ways to say which values.
+pub(super) fn levels(without: &[&str], others: &[Value]) -> Value {
+    let mut schema = levels_of(fields::root(), others);
     if let Some(properties) = schema["properties"].as_object_mut() {
         properties.retain(|key, _| !without.contains(&key.as_str()));
     }
     schema
 }
 
-fn levels_of(shape: &TableShape) -> Value {
+fn levels_of(shape: &TableShape, others: &[Value]) -> Value {
+    let values = |array: Value| match others {
+        [] => array,
+        _ => json!({ "oneOf": std::iter::once(array).chain(others.iter().cloned()).collect::<Vec<_>>() }),
+    };
+    let any = || values(json!({ "type": "array", "minItems": 1 }));
     let of = |shape: &Shape| match shape {
-        Shape::Leaf(field) => Some(json!({ "type": "array", "items": leaf(field), "minItems": 1 })),
-        Shape::Table(inner) => Some(levels_of(inner)),
+        Shape::Leaf(field) => Some(values(json!({ "type": "array", "items": leaf(field), "minItems": 1 }))),
+        Shape::Table(inner) => Some(levels_of(inner, others)),
         Shape::Named(inner) => Some(json!({
             "type": "object",
-            "patternProperties": { PATH: json!({ "type": "array", "minItems": 1 }), NAME: levels_of(inner) },
+            "patternProperties": { PATH: any(), NAME: levels_of(inner, others) },
             "additionalProperties": false,
         })),
         Shape::List(_) => None,
@@ -100,7 +105,7 @@ fn levels_of(shape: &TableShape) -> Value {
     json!({
         "type": "object",
         "properties": properties,
-        "patternProperties": { PATH: json!({ "type": "array", "minItems": 1 }) },
+        "patternProperties": { PATH: any() },
         "additionalProperties": false,
     })
 }

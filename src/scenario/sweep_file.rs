@@ -33,10 +33,12 @@ use super::{Scenario, resolve};
 
 pub mod factor;
 mod reader;
+mod schema;
 mod settings;
 
 pub use factor::{Factor, Level, Levels};
 use reader::Reader;
+pub use schema::schema;
 
 /// Most values of one factor.
 pub const MOST_LEVELS: usize = 100_000;

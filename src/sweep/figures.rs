@@ -7,7 +7,9 @@ use super::table::{Row, Table};
 use crate::metrics::Verdict;
 use crate::scenario::sweep_file::{Factor, Levels, SweepFile};
 
-/// Levels that a factor whose values are drawn is cut into: as many cases in each.
+/// Values of a factor that are told one by one.
+const MOST_LEVELS: usize = 32;
+/// Bins that more values are cut into: as many cases in each.
 const BINS: usize = 8;
 
 /// Cases that have something in common.
@@ -159,23 +161,34 @@ pub fn effects(sweep: &SweepFile, table: &Table) -> Vec<Effect> {
 }
 
 fn levels(sweep: &SweepFile, table: &Table, index: usize, factor: &Factor) -> Vec<Group> {
-    if let Levels::List(list) = &factor.levels
-        && list.len() <= 4 * BINS
-    {
-        let of = |level| table.rows.iter().filter(move |row| row.case.at.values[index].as_ref() == Some(level));
-        return list.iter().map(|level| Group::of(level.shown(), level.number(), sweep, of(level))).collect();
+    if factor.is_numeric() {
+        return over_factor(sweep, &table.rows.iter().collect::<Vec<_>>(), index).into_iter().map(|(_, group)| group).collect();
     }
-    // Bins with as many cases each.
+    let Levels::List(list) = &factor.levels else { return Vec::new() };
+    let of = |level| table.rows.iter().filter(move |row| row.case.at.values[index].as_ref() == Some(level));
+    list.iter().map(|level| Group::of(level.shown(), None, sweep, of(level))).collect()
+}
+
+/// Rows by the value of a factor whose values are numbers, in their order: a group a value, or where there are more than
+/// [`MOST_LEVELS`] of them, bins with as many cases each.
+pub fn over_factor(sweep: &SweepFile, rows: &[&Row], index: usize) -> Vec<(f64, Group)> {
     let value = |row: &Row| row.case.at.values[index].as_ref().and_then(|level| level.number());
-    let mut rows: Vec<(f64, &Row)> = table.rows.iter().filter_map(|row| Some((value(row)?, row))).collect();
+    let mut rows: Vec<(f64, &Row)> = rows.iter().filter_map(|row| Some((value(row)?, *row))).collect();
     rows.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let bins = BINS.min(rows.len().max(1));
-    (0..bins)
+    let by_value: Vec<&[(f64, &Row)]> = rows.chunk_by(|a, b| a.0 == b.0).collect();
+    if by_value.len() <= MOST_LEVELS {
+        let of = |rows: &[(f64, &Row)]| {
+            let at = rows[0].0;
+            (at, Group::of(crate::scenario::shown(at), Some(at), sweep, rows.iter().map(|(_, row)| *row)))
+        };
+        return by_value.into_iter().map(of).collect();
+    }
+    (0..BINS)
         .filter_map(|bin| {
-            let within = &rows[bin * rows.len() / bins..(bin + 1) * rows.len() / bins];
+            let within = &rows[bin * rows.len() / BINS..(bin + 1) * rows.len() / BINS];
             let (from, to) = (within.first()?.0, within.last()?.0);
             let middle = within.iter().map(|(value, _)| value).sum::<f64>() / within.len() as f64;
-            Some(Group::of(format!("{from:.4} to {to:.4}"), Some(middle), sweep, within.iter().map(|(_, row)| *row)))
+            Some((middle, Group::of(format!("{from:.4} to {to:.4}"), Some(middle), sweep, within.iter().map(|(_, row)| *row))))
         })
         .collect()
 }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use super::case::Case;
 use super::outcome::{Outcome, numbers};
-use crate::closed_loop::{Pace, RunError, RunFailure, run_with};
+use crate::closed_loop::{RunError, RunFailure, run_unscored};
 use crate::engine::Engine;
 use crate::metrics::{Metrics, Verdict, judge};
 use crate::pilot::Pilot;
@@ -50,7 +50,7 @@ pub fn run(sweep: &SweepFile, case: &Case, engine: &Engine, host: &str, watch: i
     let mut timed_out = false;
     let simulate = || -> Result<RunRecord, RunFailure> {
         let mut renderer = engine.renderer(&scenario, 1)?;
-        run_with(&scenario, Pilot::of(&scenario), renderer.as_mut(), Pace::Alone, |_, _| {
+        run_unscored(&scenario, Pilot::of(&scenario), renderer.as_mut(), |_, _| {
             timed_out = limit.is_some_and(|limit| started.elapsed() >= limit);
             if timed_out { ControlFlow::Break(()) } else { watch() }
         })

@@ -12,7 +12,7 @@ use super::outcome::Outcome;
 use super::pass_rate::enough;
 use super::plan::Plan;
 use super::store::{Store, StoreError};
-use crate::output::frames::to_parquet;
+use crate::output::frames::{table_writer, to_parquet};
 use crate::scenario::sweep_file::SweepFile;
 
 /// A case with what came of it.
@@ -79,23 +79,7 @@ impl Table {
             |value: &dyn Fn(&Row) -> Option<String>| -> ArrayRef { Arc::new(rows.iter().map(value).collect::<StringArray>()) };
         let number =
             |value: &dyn Fn(&Row) -> Option<f64>| -> ArrayRef { Arc::new(rows.iter().map(value).collect::<Float64Array>()) };
-        let count = |value: fn(&Row) -> u64| -> ArrayRef { Arc::new(UInt64Array::from_iter_values(rows.iter().map(value))) };
-        let mut columns: Vec<(&str, ArrayRef, bool)> = vec![
-            ("case", count(|row| row.case.index), false),
-            ("point", count(|row| row.case.point), false),
-            ("replicate", Arc::new(UInt32Array::from_iter_values(rows.iter().map(|row| row.case.replicate))), false),
-            ("seed", count(|row| row.case.seed), false),
-            ("hash", text(&|row| Some(format!("{:032x}", row.case.hash))), false),
-            ("base", text(&|row| Some(sweep.bases[row.case.at.base].name.clone())), false),
-        ];
-        for (index, factor) in sweep.factors.iter().enumerate() {
-            let column = if factor.is_numeric() {
-                number(&|row| row.case.at.values[index].as_ref()?.number())
-            } else {
-                text(&|row| Some(row.case.at.values[index].as_ref()?.shown()))
-            };
-            columns.push((&factor.path, column, true));
-        }
+        let mut columns = case_columns(sweep, &rows.iter().map(|row| &row.case).collect::<Vec<_>>());
         let completed = rows.iter().map(|row| row.outcome.end_state.as_ref().map(|state| state == "finished"));
         columns.extend([
             ("verdict", text(&|row| Some(row.outcome.verdict.word().to_owned())), false),
@@ -115,4 +99,52 @@ impl Table {
         ]);
         to_parquet(&RecordBatch::try_from_iter_with_nullable(columns)?)
     }
+}
+
+/// Cases whose list is made at a time.
+const CASES_AT_A_TIME: u64 = 16_384;
+
+/// `cases.parquet`, the list of a plan: the columns of `results.parquet` up to the factors.
+///
+/// # Errors
+/// None that is known of: the file is made in memory.
+pub fn list(plan: &Plan) -> Result<Vec<u8>, ParquetError> {
+    let cases = plan.cases();
+    let batch = |from: u64| {
+        let some: Vec<Case> = (from..(from + CASES_AT_A_TIME).min(cases.count())).map(|index| cases.case(index)).collect();
+        RecordBatch::try_from_iter_with_nullable(case_columns(&plan.sweep, &some.iter().collect::<Vec<_>>()))
+    };
+    let mut from = 0;
+    let mut writer = table_writer(batch(0)?.schema())?;
+    while from < cases.count() {
+        writer.write(&batch(from)?)?;
+        from += CASES_AT_A_TIME;
+    }
+    writer.into_inner()
+}
+
+/// What is known of cases before they are run.
+fn case_columns<'s>(sweep: &'s SweepFile, cases: &[&Case]) -> Vec<(&'s str, ArrayRef, bool)> {
+    let text = |value: &dyn Fn(&Case) -> Option<String>| -> ArrayRef {
+        Arc::new(cases.iter().map(|case| value(case)).collect::<StringArray>())
+    };
+    let count =
+        |value: fn(&Case) -> u64| -> ArrayRef { Arc::new(UInt64Array::from_iter_values(cases.iter().map(|case| value(case)))) };
+    let mut columns: Vec<(&str, ArrayRef, bool)> = vec![
+        ("case", count(|case| case.index), false),
+        ("point", count(|case| case.point), false),
+        ("replicate", Arc::new(UInt32Array::from_iter_values(cases.iter().map(|case| case.replicate))), false),
+        ("seed", count(|case| case.seed), false),
+        ("hash", text(&|case| Some(format!("{:032x}", case.hash))), false),
+        ("base", text(&|case| Some(sweep.bases[case.at.base].name.clone())), false),
+    ];
+    for (index, factor) in sweep.factors.iter().enumerate() {
+        let column: ArrayRef = if factor.is_numeric() {
+            Arc::new(cases.iter().map(|case| case.at.values[index].as_ref()?.number()).collect::<Float64Array>())
+        } else {
+            text(&|case| Some(case.at.values[index].as_ref()?.shown()))
+        };
+        columns.push((&factor.path, column, true));
+    }
+    columns
 }

@@ -2,6 +2,7 @@
 
 use ductloop::Scenario;
 use ductloop::scenario::accuracy_file::{self, AccuracyFile};
+use ductloop::scenario::sweep_file::{self, SweepFile};
 use ductloop::scenario::{fields, schema};
 use serde_json::Value;
 
@@ -237,6 +238,47 @@ fn that_of_studies_rejects_what_their_reader_rejects() {
         let text = STUDY.replacen(from, to, 1);
         assert!(violation(&schema, &to_json(&text), "").is_some(), "the schema accepts {to}:\n{text}");
         assert!(AccuracyFile::from_toml_str(&text).is_err(), "the reader accepts {to}:\n{text}");
+    }
+}
+
+#[test]
+fn that_of_sweeps_and_their_reader_agree() {
+    let schema = sweep_file::schema();
+    for path in files("scenarios/sweeps", "toml") {
+        let typed = std::fs::read_to_string(&path).expect("a sweep");
+        assert_eq!(violation(&schema, &to_json(&typed), ""), None, "{}", path.display());
+        let read = SweepFile::read(&path, &Default::default()).unwrap_or_else(|wrong| panic!("{wrong}"));
+        assert_eq!(path.file_stem().and_then(|stem| stem.to_str()), Some(read.name.as_str()));
+    }
+    const SWEEP: &str = "format = 1\nkind = \"sweep\"\nname = \"s\"\nbase = \"b.toml\"\ndesign = \"random\"\nsamples = 4\n[factor]\n\
+                         duct.width_m = { from = 0.4, to = 0.6 }\n[scenario.pass]\nsettle_m = 1.0\n";
+    let read = |text: &str| SweepFile::from_toml_str(text, &[("b.toml", LEAST)]);
+    let width = "duct.width_m = { from = 0.4, to = 0.6 }";
+    for (from, to, taken) in [
+        ("", "", true),
+        (width, "duct.width_m = [0.4, 0.5]\nsensor.exposure = [\"auto\", 4]", true),
+        (width, "sensor.error.pan_deg = { mean = 0, deviation = 0.1, least = -0.2, most = 0.2 }", true),
+        (width, "\"duct.run[0].straight_m\" = { from = 2.0, to = 3.0, scale = \"log\" }", true),
+        ("samples = 4", "samples = 4\n[stop]\npass_rate_half_width = 0.1\n[pass]\npass_rate_min = 0.5", true),
+        ("kind = \"sweep\"", "kind = \"scenario\"", false),
+        ("name = \"s\"\n", "", false),
+        ("base = \"b.toml\"\n", "", false),
+        ("\"random\"", "\"orthogonal\"", false),
+        ("samples = 4", "samples = 0", false),
+        ("samples = 4", "samples = 4\nreplicates = 0", false),
+        ("samples = 4", "samples = 4\nmetrics = [\"speed\"]", false),
+        ("samples = 4", "samples = 4\nstop = { pass_rate_half_width = 0.9 }", false),
+        ("samples = 4", "samples = 4\npass = { pass_rate = 0.9 }", false),
+        (width, "duct.width_m = { from = 0.4 }", false),
+        (width, "duct.width_m = { from = 0.4, to = 0.6, step = 0.1 }", false),
+        (width, "duct.width = [0.4, 0.5]", false),
+        (width, "seed = [1, 2]", false),
+        ("settle_m = 1.0", "settle = 1.0", false),
+    ] {
+        assert!(SWEEP.contains(from), "{from}");
+        let text = SWEEP.replacen(from, to, 1);
+        assert_eq!(violation(&schema, &to_json(&text), "").is_none(), taken, "the schema and {to}:\n{text}");
+        assert_eq!(read(&text).is_ok(), taken, "the reader and {to}:\n{text}");
     }
 }
 

@@ -7,7 +7,7 @@ use ductloop::output::folder_name;
 use ductloop::sweep::ledger::Damaged;
 use ductloop::sweep::plan::{Plan, PlanError};
 use ductloop::sweep::store::{Store, StoreError};
-use ductloop::sweep::table::Table;
+use ductloop::sweep::table::{self, Table};
 use ductloop::sweep::work::{self, Means, Shard, Tally, WorkError};
 use serde_json::json;
 
@@ -37,7 +37,9 @@ pub(super) fn whole(args: &WholeArgs) -> Result<u8, Problem> {
 /// `sweep plan`.
 pub(super) fn plan(args: &PlanArgs) -> Result<u8, Problem> {
     let Planned { plan, .. } = inputs::planned(&args.file, args.saying.quiet)?;
-    write_plan(&plan, &args.out, &args.file, "--out")?;
+    let store = write_plan(&plan, &args.out, &args.file, "--out")?;
+    let list = table::list(&plan).map_err(|error| Problem::new(Problem::CANNOT_GO_ON, error.to_string()))?;
+    store.replace("cases.parquet", list).map_err(|error| unwritable(&error, "--out"))?;
     if args.saying.json {
         print_json(&json!({
             "format": 1, "sweep": plan.sweep.name, "place": args.out, "points": plan.points, "cases": plan.cases, "renderer": plan.renderer,

@@ -56,6 +56,9 @@ pub(super) fn conclude(plan: &Plan, store: &Store, table: &Table, saying: Saying
 fn write(plan: &Plan, store: &Store, table: &Table, summary: &Value) -> anyhow::Result<()> {
     store.replace("results.parquet", table.parquet(&plan.sweep)?)?;
     store.replace("report.html", ductloop::report::sweep::html(plan, table, summary)?.into_bytes())?;
+    for (name, picture) in ductloop::report::sweep::pictures(plan, table) {
+        store.replace(&format!("plots/{name}"), picture.into_bytes())?;
+    }
     store.replace("summary.json", format!("{summary:#}\n").into_bytes())?;
     Ok(())
 }

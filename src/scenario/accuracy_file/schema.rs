@@ -39,7 +39,7 @@ pub fn schema() -> Value {
 }
 
 fn grid() -> Value {
-    let mut grid = scenario::levels(&OF_THE_FILE);
+    let mut grid = scenario::levels(&OF_THE_FILE, &[]);
     grid["description"] = json!("Fields of the scenario, each with the values that it takes; all combinations are measured.");
     grid
 }

@@ -35,6 +35,8 @@ const KEYS: [&str; 16] = [
 ];
 /// Keys that a factor's table may have.
 const FACTOR: [&str; 8] = ["from", "to", "levels", "scale", "mean", "deviation", "least", "most"];
+/// Fields of a scenario that say what the file is, and cannot be varied.
+pub(super) const OF_THE_FILE: [&str; 5] = ["format", "kind", "name", "about", "seed"];
 /// How a factor is written.
 const FACTOR_HELP: &str = "as in `duct.width_m = [0.3, 0.5]`, `duct.width_m = { from = 0.3, to = 1.2, levels = 10 }` or, where the \
                            design draws, `sensor.error.pan_deg = { mean = 0.0, deviation = 0.2 }`";
@@ -266,7 +268,7 @@ impl<'a> Reader<'a> {
         for entry in &table.entries {
             let path = if path.is_empty() { entry.key.clone() } else { format!("{path}.{}", entry.key) };
             match (fields::field(&path), &entry.node.value) {
-                (Some(field), _) if ["format", "kind", "name", "about", "seed"].contains(&field.path) => {
+                (Some(field), _) if OF_THE_FILE.contains(&field.path) => {
                     let message = format!("`{path}` cannot be varied");
                     let help = match field.path {
                         "seed" => "`replicates` repeats every point with seeds of its own".to_owned(),
