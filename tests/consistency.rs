@@ -15,7 +15,7 @@ fn consistency(factor: f64) -> [Consistency; 2] {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/straight-consistent.toml");
     let mut base = Scenario::read(file.as_ref(), &Default::default()).unwrap_or_else(|wrong| panic!("{}", wrong.render(false)));
     // A good metre of the way suffices here.
-    base.finish.before_end_m = 1.5;
+    base.finish.before_end_m = 1.3;
     base.estimation.params.stated_ratio *= factor.sqrt();
     let runs: Vec<_> = (1..=SEEDS)
         .map(|seed| {

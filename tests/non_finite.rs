@@ -62,7 +62,7 @@ fn a_state_that_is_not_finite_ends_the_run_with_exit_code_3() {
             assert_eq!((&told["verdict"], told["metrics"]["end_state"].as_str()), (&"error".into(), Some("failed")));
             let message = told["message"].as_str().expect("words");
             assert!(message.contains("stopped being finite") && message.contains(&tick.to_string()), "{message}");
-            assert!(read("report.html").contains(message), "the report says it too");
+            assert!(read("report.html").contains(&format!("stopped being finite at tick {tick}")), "the report says it too");
             let table = fs::File::open(out.path().join("t/frames.parquet")).expect("a table");
             let rows = SerializedFileReader::new(table).expect("Parquet").metadata().file_metadata().num_rows();
             assert_eq!(rows, 31, "the last good state");
