@@ -14,7 +14,7 @@
 use std::ops::ControlFlow;
 
 use ductloop_duct::network::{Network, NetworkError};
-use ductloop_nav::messages::{Command, Counts};
+use ductloop_nav::messages::{Command, Counts, Tick};
 use ductloop_nav::navigator::State;
 use ductloop_nav::rig::{MountAngles, Rig};
 use ductloop_nav::wheel_controller::scaling::ScalingError;
@@ -56,6 +56,14 @@ pub enum RunError {
     /// A navigator that is a program of its own has failed.
     #[error("{0}")]
     Navigator(#[from] NavigatorError),
+    /// A navigator commanded what nothing can be told.
+    #[error("the navigator's command cannot be carried out on the frame of tick {tick}: {what}")]
+    Command {
+        /// Which number, and its bounds.
+        what: String,
+        /// Tick of the frame's exposure.
+        tick: Tick,
+    },
 }
 
 /// A run that could not go on, with what it had come to.

@@ -6,6 +6,7 @@ use ductloop_nav::rig::MountAngles;
 use ductloop_sensor::renderer::{Renderer, View};
 
 use crate::closed_loop::RunError;
+use crate::command_check;
 use crate::fault::ActiveFaults;
 use crate::fault::camera::{Delivery, Exposed, UnderWay, delivery, spoil};
 use crate::grey_image::GreyImage;
@@ -88,7 +89,10 @@ impl<'a> Head<'a> {
         let command = self.navigator.on_frame(&self.image.frame(), counts, mount, tick);
         match self.failure.as_ref().and_then(FailureSlot::get) {
             Some(error) => Err(error.into()),
-            None => Ok(Some(command)),
+            None => match command_check::check(&command) {
+                Ok(()) => Ok(Some(command)),
+                Err(what) => Err(RunError::Command { what, tick }),
+            },
         }
     }
 

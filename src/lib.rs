@@ -24,6 +24,7 @@ pub mod calibrate;
 #[cfg(feature = "cli")]
 mod canvas;
 pub mod closed_loop;
+mod command_check;
 pub mod consistency;
 #[cfg(feature = "cli")]
 pub mod contact_sheet;

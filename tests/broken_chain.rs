@@ -42,7 +42,18 @@ fn every_scenario_passes_with_a_whole_chain() {
         .filter_map(|entry| Some(entry.ok()?.path()).filter(|path| path.is_file())?.file_stem()?.to_str().map(str::to_owned))
         .collect();
     names.sort();
-    assert_eq!(names, ["straight", "straight-fast", "straight-incra1", "straight-narrow", "straight-offset", "straight-wide"]);
+    assert_eq!(
+        names,
+        [
+            "straight",
+            "straight-consistent",
+            "straight-fast",
+            "straight-incra1",
+            "straight-narrow",
+            "straight-offset",
+            "straight-wide"
+        ]
+    );
     names.iter().for_each(|name| assert_exit(name, &[], 0));
 }
 

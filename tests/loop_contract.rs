@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
 
-use ductloop::closed_loop::{Pace, run_with};
+use ductloop::closed_loop::{Pace, RunError, run_with};
 use ductloop::record::{EndState, RunRecord};
 use ductloop::{Command, Counts, Frame, GreyImage, MountAngles, Navigator, Pilot, Pixels, Scenario, Sides, Tick};
 use ductloop_nav::navigator::{Report, State};
@@ -252,4 +252,50 @@ fn pace_makes_no_difference() {
     let (alone, overlapped) = (run(Pace::Alone), run(Pace::Overlapped));
     assert_eq!(alone.frames, overlapped.frames);
     assert_eq!(alone.run_hash, overlapped.run_hash);
+}
+
+/// A number that is none ends the run before it reaches wheels, mount or camera, whatever the wheel loop reckons in; the frames until
+/// then are kept, and tick and number are named.
+#[test]
+fn a_command_that_is_none_ends_the_run_and_is_named() {
+    let nan = f64::NAN;
+    let good = wheels(4.0, 4.0);
+    let pan = |pan_rad: f64| MountAngles { pan_rad, ..good.mount };
+    for arithmetic in ["fixed", "float"] {
+        for (bad, named) in [
+            (wheels(nan, 4.0), "the left wheels' speed is NaN"),
+            (wheels(4.0, f64::NEG_INFINITY), "the right wheels' speed is -inf"),
+            (wheels(4.0, 1e5), "the right wheels' speed is 100000"),
+            (Command { mount: pan(nan), ..good }, "pan is NaN"),
+            (Command { exposure_s: Some(0.0), ..good }, "the exposure is 0"),
+            (Command { laser_power: Some(nan), ..good }, "the laser power is NaN"),
+        ] {
+            let scenario = scenario(&format!("[wheel_control]\narithmetic = \"{arithmetic}\"\n"));
+            let script = move |frame| if frame == 20 { bad } else { good };
+            let pilot = Pilot::from(Scripted { script, state: State::Tracking, given: Given::default() });
+            let watch = |_: &_, _: &GreyImage| ControlFlow::Continue(());
+            let failure = run_with(&scenario, pilot, &mut Noting::default(), Pace::Alone, watch).expect_err(named);
+            assert!(matches!(failure.error, RunError::Command { tick: 800, .. }), "{failure}");
+            assert!(failure.to_string().contains(named) && failure.to_string().contains("tick 800"), "{failure}");
+            let record = failure.record.expect("the frames until then");
+            assert_eq!((record.frames.len(), record.end), (20, EndState::Failed));
+            let last = record.frames[19].truth;
+            assert!(last.speed_m_s > 0.1 && last.clearance_m > 0.0, "{last:?}");
+        }
+    }
+}
+
+/// Wheel speeds that no motor reaches are no nonsense: the wheel controller gives what there is, and the physics stays sound.
+#[test]
+fn commands_beyond_the_motors_reach_are_limited() {
+    for arithmetic in ["fixed", "float"] {
+        let flips = |frame: usize| wheels(1e4, if frame.is_multiple_of(2) { 1e4 } else { -1e4 });
+        let scenario = scenario(&format!("[wheel_control]\narithmetic = \"{arithmetic}\"\n"));
+        let (record, ..) = run(&scenario, State::Unknown, flips);
+        for frame in &record.frames {
+            let duty = frame.body.duty;
+            assert!(duty.left.abs() <= 1.0 && duty.right.abs() <= 1.0, "{duty:?}");
+            assert!(frame.truth.speed_m_s.abs() < 2.0 && frame.truth.yaw_rate_rad_s.is_finite(), "{:?}", frame.truth);
+        }
+    }
 }

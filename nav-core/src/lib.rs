@@ -10,6 +10,7 @@
 //! - [`estimation`]: both together, each weighed by how sure it is: where the robot stands;
 //! - [`control`]: errors to a twist;
 //! - [`frozen`]: whether the camera still exposes;
+//! - [`swapped_wheels`]: whether the wheels turn the way they are told;
 //! - [`exposure`]: how bright the stripes are, to the next frame's exposure and laser power;
 //! - [`navigator`]: all of these, once a frame;
 //! - [`wheel_controller`]: wheel speeds to motor duty, at its own rate;
@@ -32,4 +33,5 @@ pub mod navigator;
 pub mod odometry;
 pub mod perception;
 pub mod rig;
+pub mod swapped_wheels;
 pub mod wheel_controller;

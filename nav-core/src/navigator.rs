@@ -12,6 +12,7 @@ use crate::messages::{Command, Counts, Frame, Sides, Tick};
 use crate::odometry::DriveModel;
 use crate::perception::{Measurement, Perception, Stages};
 use crate::rig::MountAngles;
+use crate::swapped_wheels::SwappedWheels;
 
 /// Steers a robot: one call a frame, and nothing else reaches it from the world.
 pub trait Navigator: Send {
@@ -57,6 +58,8 @@ pub enum Reason {
     FrozenCamera,
     /// Nothing that could be believed was seen for longer than the navigator may coast.
     CoastedTooLong,
+    /// The wheels turn the robot the other way than they are told: left and right are exchanged.
+    WheelsSwapped,
 }
 
 /// What a navigator made of a frame.
@@ -105,6 +108,9 @@ pub struct DuctNavigator<P, L> {
     last: Option<(Counts, Tick)>,
     /// The command that takes effect at the exposure of the frame being read.
     commanded: Sides,
+    /// The one before, under which the wheels have turned since the frame before.
+    obeyed: Sides,
+    exchange: SwappedWheels,
     measurement: Measurement,
     state: State,
     reason: Option<Reason>,
@@ -126,6 +132,8 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
             travelled_m: 0.0,
             last: None,
             commanded: Sides::default(),
+            obeyed: Sides::default(),
+            exchange: SwappedWheels::default(),
             measurement: Measurement::default(),
             state: State::Unknown,
             reason: None,
@@ -164,6 +172,7 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
         self.last = Some((counts, tick));
         let period_s = (tick - then) as f64 / self.params.ticks_per_s;
         let wheels = self.params.drive.wheel_speeds(before, counts, period_s);
+        self.exchange.look(self.obeyed, wheels);
         let travel = self.params.drive.travel(wheels, period_s);
         self.travelled_m += self.localiser.advance(travel, self.params.drive.effective_track_m, tick);
         (wheels, period_s)
@@ -214,6 +223,14 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
         PathState { lateral_m, heading_rad, curvature_1_m: 0.0, travelled_m, measured, period_s }
     }
 
+    /// Stands, for this reason.
+    fn stand(&mut self, reason: Reason) -> Command {
+        self.reason = Some(reason);
+        self.law.reset(self.travelled_m);
+        (self.obeyed, self.commanded) = (self.commanded, Sides::default());
+        Command::stop(self.params.mount)
+    }
+
     /// Wheels and mount: what to do on what this frame shows.
     fn drive(&mut self, frame: &Frame<'_>, counts: Counts, mount: MountAngles, tick: Tick) -> Command {
         let (wheels, since_s) = self.dead_reckon(counts, tick);
@@ -224,21 +241,22 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
         let seen = sight == Sight::Used;
         // Until the walls were seen once there is nothing to coast on.
         let blind = !seen && (self.state == State::Unknown || unseen_s > self.params.coast_s);
+        if self.exchange.found() {
+            self.state = State::Stopped;
+            return self.stand(Reason::WheelsSwapped);
+        }
         if blind || (self.state == State::Stopped && !seen) {
-            self.reason = Some(Reason::NothingSeenYet);
-            if self.state != State::Unknown {
-                let reason = if self.is_frozen { Reason::FrozenCamera } else { Reason::CoastedTooLong };
-                (self.state, self.reason) = (State::Stopped, Some(reason));
+            if self.state == State::Unknown {
+                return self.stand(Reason::NothingSeenYet);
             }
-            self.law.reset(self.travelled_m);
-            self.commanded = Sides::default();
-            return Command::stop(self.params.mount);
+            self.state = State::Stopped;
+            return self.stand(if self.is_frozen { Reason::FrozenCamera } else { Reason::CoastedTooLong });
         }
         (self.state, self.reason) = self.judge(sight);
         let twist = self.law.twist(&self.at_actuation(wheels, period_s));
         let told_m = self.params.drive.effective_track_m;
         let drive = DriveModel { effective_track_m: self.localiser.effective_track_m(told_m), ..self.params.drive };
-        self.commanded = drive.wheels(twist);
+        (self.obeyed, self.commanded) = (self.commanded, drive.wheels(twist));
         Command { wheel_speed_rad_s: self.commanded, ..Command::stop(self.params.mount) }
     }
 }

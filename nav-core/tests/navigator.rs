@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use ductloop_nav::control::{ControlLaw, PathState, Twist};
-use ductloop_nav::messages::{Counts, Frame, Pixels};
+use ductloop_nav::messages::{Counts, Frame, Pixels, Sides};
 use ductloop_nav::navigator::{DuctNavigator, Navigator, NavigatorParams, Reason, State};
 use ductloop_nav::odometry::DriveModel;
 use ductloop_nav::perception::{Measurement, Perception};
@@ -152,5 +152,54 @@ fn a_frozen_camera_is_not_believed() {
     };
     for (i, told) in told.iter().enumerate() {
         assert_eq!(*told, expected(i), "frame {i}");
+    }
+}
+
+/// Always turns to the left.
+struct Turning;
+
+impl ControlLaw for Turning {
+    fn twist(&mut self, _state: &PathState) -> Twist {
+        Twist { speed_m_s: 0.3, yaw_rate_rad_s: 0.5 }
+    }
+
+    fn reset(&mut self, _travelled_m: f64) {}
+}
+
+/// Wheels that turn the robot the other way than they are told stop it for good; obedient ones do not.
+#[test]
+fn exchanged_wheels_stop_it() {
+    for exchanged in [false, true] {
+        let params = NavigatorParams {
+            ticks_per_s: 1200.0,
+            ticks_per_frame: 40,
+            drive: DRIVE,
+            coast_s: 0.2,
+            frozen_frames: None,
+            mount: MountAngles::default(),
+        };
+        let mut navigator = DuctNavigator::new(params, Told, Turning);
+        let (mut wheels, mut turned, mut said) = ([0.0; 2], [0.0; 2], Vec::new());
+        for frame in 0..20u64 {
+            // Counts of a frame period under the command that took effect at its beginning.
+            let scale = COUNTS_A_FRAME / (0.3 / 0.04);
+            (0..2).for_each(|side| turned[side] += wheels[side] * scale);
+            let counts = Counts { left: turned[0].round() as i64, right: turned[1].round() as i64 };
+            let command = navigator.on_frame(&Frame::grey8(2, 1, &[10, 0]), counts, MountAngles::default(), 40 * frame);
+            // It takes effect at the next frame.
+            let Sides { left, right } = command.wheel_speed_rad_s;
+            let report = navigator.report();
+            said.push((report.state, report.reason, left));
+            wheels = if exchanged { [right, left] } else { [left, right] };
+        }
+        let (state, reason, left) = said[19];
+        if exchanged {
+            assert_eq!((state, reason, left), (State::Stopped, Some(Reason::WheelsSwapped), 0.0), "{said:?}");
+            // Told for the first time with frame 0; six frames of it.
+            let first = said.iter().position(|(state, ..)| *state == State::Stopped);
+            assert_eq!(first, Some(7), "{said:?}");
+        } else {
+            assert!(said.iter().all(|(state, ..)| *state == State::Tracking), "{said:?}");
+        }
     }
 }

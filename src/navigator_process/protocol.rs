@@ -6,6 +6,8 @@ use ductloop_nav::messages::{Command, Counts, Frame, Pixels, Sides, Tick};
 use ductloop_nav::navigator::State;
 use ductloop_nav::rig::MountAngles;
 
+use crate::command_check;
+
 /// Version of the protocol.
 pub(super) const VERSION: u32 = 1;
 /// The longest message that a navigator may send.
@@ -24,8 +26,6 @@ pub(super) const END: u8 = 5;
 
 /// Bytes of a command's body.
 const COMMAND_LEN: usize = 72;
-/// Faster than any wheel of a robot here: beyond it a command is nonsense.
-const MAX_WHEEL_SPEED_RAD_S: f64 = 1e4;
 
 /// What a navigator answers to a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,9 +82,6 @@ pub(super) fn answer(body: &[u8]) -> Result<Answer, String> {
         *number = f64::from_le_bytes(eight);
     }
     let [left, right, pan_rad, tilt_rad, exposure_s, laser_power, lateral_m, heading_rad] = numbers;
-    let within = |name: &str, value: f64, most: f64| {
-        if value.abs() <= most { Ok(value) } else { Err(format!("{name} is {value}, not within {most} of zero")) }
-    };
     let told = |name: &str, value: f64, least: f64, most: f64| match value {
         value if value.is_nan() => Ok(None),
         value if (least..=most).contains(&value) => Ok(Some(value)),
@@ -92,15 +89,13 @@ pub(super) fn answer(body: &[u8]) -> Result<Answer, String> {
     };
     let turn = std::f64::consts::TAU;
     let command = Command {
-        wheel_speed_rad_s: Sides {
-            left: within("the left wheels' speed", left, MAX_WHEEL_SPEED_RAD_S)?,
-            right: within("the right wheels' speed", right, MAX_WHEEL_SPEED_RAD_S)?,
-        },
-        mount: MountAngles { pan_rad: within("pan", pan_rad, turn)?, tilt_rad: within("tilt", tilt_rad, turn)? },
+        wheel_speed_rad_s: Sides { left, right },
+        mount: MountAngles { pan_rad, tilt_rad },
         exposure_s: told("the exposure", exposure_s, 1e-6, 1.0)?,
         laser_power: told("the laser power", laser_power, 0.0, 1.0)?,
         sweep: None,
     };
+    command_check::check(&command)?;
     let state = match body[64] {
         0 => State::Unknown,
         1 => State::Tracking,

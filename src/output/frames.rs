@@ -46,6 +46,7 @@ pub fn reason_word(reason: Reason) -> &'static str {
         Reason::NoWall => "no-wall",
         Reason::FrozenCamera => "frozen-camera",
         Reason::CoastedTooLong => "coasted-too-long",
+        Reason::WheelsSwapped => "wheels-swapped",
     }
 }
 
@@ -59,6 +60,7 @@ pub fn reason_about(reason: Reason) -> &'static str {
         Reason::NoWall => "no wall is seen",
         Reason::FrozenCamera => "the camera gives the same frame again and again",
         Reason::CoastedTooLong => "nothing was seen for too long",
+        Reason::WheelsSwapped => "the wheels turn the other way than they are told",
     }
 }
 

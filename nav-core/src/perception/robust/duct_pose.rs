@@ -156,13 +156,21 @@ fn parallel(left: &Side, right: &Side) -> Option<(Vector3<f64>, Matrix3<f64>, f6
 
 /// Headings that differ by more than five standard deviations are not those of parallel walls.
 const PARALLEL_CHI2: f64 = 25.0;
+/// Up to three standard deviations they differ by chance.
+const CHANCE_CHI2: f64 = 9.0;
+
+/// By how much variances grow for headings that disagree by this chi-square: by what chance does not explain. Were they to grow from 1 on
+/// (the Birge ratio), those of walls that are parallel would be half as large again as they should, in the mean.
+fn doubt(chi2: f64) -> f64 {
+    1.0 + (chi2 - CHANCE_CHI2).max(0.0)
+}
 
 /// Each wall with what the other says of the heading, where they are parallel: a wall's distance is measured at the base, its stripes
 /// lie ahead, and the heading carries the one to the other.
 fn together(left: &Side, right: &Side) -> (Option<Side>, Option<Side>) {
     match parallel(left, right) {
         Some((found, covariance, chi2)) if chi2 < PARALLEL_CHI2 => {
-            let covariance = covariance * chi2.max(1.0);
+            let covariance = covariance * doubt(chi2);
             let side = |i: usize, alone: &Side| Side {
                 distance_m: found[i],
                 heading_rad: found[2],
@@ -175,15 +183,15 @@ fn together(left: &Side, right: &Side) -> (Option<Side>, Option<Side>) {
     }
 }
 
-/// Lateral offset, heading and width from both walls. Where the two headings differ by more than their deviations allow, all
-/// deviations grow by as much: the walls are not parallel, or one of them is not what it seems.
+/// Lateral offset, heading and width from both walls. Where the two headings differ by more than chance allows, all deviations
+/// grow by as much: the walls are not parallel, or one of them is not what it seems.
 fn both(left: &Side, right: &Side) -> Pose {
     let Some((found, covariance, chi2)) = parallel(left, right) else {
         let spread = (left.covariance[(0, 0)] + right.covariance[(0, 0)]).max(0.0).sqrt();
         let pose = single(Wall::Left, left, (right.distance_m - left.distance_m) / 2.0);
         return Pose { lateral_m: [pose.lateral_m[0], spread / 2.0], ..pose };
     };
-    let covariance = covariance * chi2.max(1.0);
+    let covariance = covariance * doubt(chi2);
     let ends = covariance.fixed_view::<2, 2>(0, 0).into_owned();
     let sigma = |by: Vector2<f64>| by.dot(&(ends * by)).max(0.0).sqrt();
     Pose {
@@ -197,5 +205,35 @@ fn both(left: &Side, right: &Side) -> Pose {
             // In the order (heading, left, right).
             covariance: Matrix3::from_fn(|i, j| covariance[((i + 2) % 3, (j + 2) % 3)]),
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIGMA_M: f64 = 1e-4;
+    const SIGMA_RAD: f64 = 2e-4;
+
+    fn side(heading_rad: f64) -> Side {
+        let covariance = Matrix2::new(SIGMA_M * SIGMA_M, 0.0, 0.0, SIGMA_RAD * SIGMA_RAD);
+        Side { distance_m: 0.25, heading_rad, covariance, points: 300 }
+    }
+
+    /// Headings off by `apart` deviations of their difference: the stated deviation of the heading.
+    fn stated(apart: f64) -> f64 {
+        let (left, right) = (side(0.0), side(apart * SIGMA_RAD * 2.0_f64.sqrt()));
+        both(&left, &right).heading_rad[1]
+    }
+
+    /// Of two headings of one deviation the mean has 1 / sqrt(2) of it, whatever chance makes them differ by; beyond three deviations the
+    /// variance grows by the chi-square that is above nine, so at four deviations (sixteen) by seven.
+    #[test]
+    fn deviations_grow_only_with_what_chance_does_not_explain() {
+        let usual = SIGMA_RAD / 2.0_f64.sqrt();
+        for apart in [0.0, 1.0, 2.0, 2.99] {
+            assert!((stated(apart) / usual - 1.0).abs() < 1e-9, "{apart}: {}", stated(apart));
+        }
+        assert!((stated(4.0) / usual - 8.0_f64.sqrt()).abs() < 1e-6, "{}", stated(4.0));
     }
 }
