@@ -3,6 +3,7 @@
 use super::Shown;
 use crate::report::STYLE;
 use crate::report::plot::{Plot, Series, Style};
+use crate::scenario::sweep_file::SweepFile;
 use crate::sweep::figures::{self, Group};
 use crate::sweep::plan::Plan;
 use crate::sweep::table::{Row, Table};
@@ -16,18 +17,13 @@ const MOST: usize = 12;
 pub(super) fn plots(plan: &Plan, table: &Table, metrics: &[Shown]) -> Vec<(String, Plot)> {
     let sweep = &plan.sweep;
     let mut plots = Vec::new();
-    // What is a word: the base, where there are several, and factors whose values are words.
-    let mut words: Vec<(String, Box<dyn Fn(&Row) -> Option<String> + '_>)> = Vec::new();
-    if sweep.bases.len() > 1 {
-        words.push(("base".into(), Box::new(|row: &Row| Some(sweep.bases[row.case.at.base].name.clone()))));
-    }
-    for (index, factor) in sweep.factors.iter().enumerate().filter(|(_, factor)| !factor.is_numeric()) {
-        words.push((factor.path.clone(), Box::new(move |row: &Row| Some(row.case.at.values[index].as_ref()?.shown()))));
-    }
-    for (name, word) in &words {
+    let factors = sweep.factors.iter().enumerate();
+    let worded = factors.filter(|(_, factor)| !factor.is_numeric()).map(|(index, _)| Word::Factor(index));
+    for word in (sweep.bases.len() > 1).then_some(Word::Base).into_iter().chain(worded) {
+        let name = word.name(sweep);
         for (index, factor) in sweep.factors.iter().enumerate().filter(|(_, factor)| factor.is_numeric()) {
             let x_label = if factor.unit.is_empty() { factor.path.clone() } else { format!("{} / {}", factor.path, factor.unit) };
-            let lines = lines(plan, table, index, word.as_ref());
+            let lines = lines(plan, table, index, word);
             if lines.len() < 2 || lines.len() > CLASSES.len() || lines.iter().any(|(_, groups)| groups.len() < 2) {
                 continue;
             }
@@ -44,18 +40,44 @@ pub(super) fn plots(plan: &Plan, table: &Table, metrics: &[Shown]) -> Vec<(Strin
     plots
 }
 
+/// What of a case is a word.
+#[derive(Clone, Copy, Debug)]
+enum Word {
+    /// Its base, where there are several.
+    Base,
+    /// The value of a factor that is no number.
+    Factor(usize),
+}
+
+impl Word {
+    fn name(self, sweep: &SweepFile) -> &str {
+        match self {
+            Self::Base => "base",
+            Self::Factor(index) => &sweep.factors[index].path,
+        }
+    }
+
+    fn of(self, sweep: &SweepFile, row: &Row) -> Option<String> {
+        match self {
+            Self::Base => Some(sweep.bases[row.case.at.base].name.clone()),
+            Self::Factor(index) => Some(row.case.at.values[index].as_ref()?.shown()),
+        }
+    }
+}
+
 /// For each word, the groups of its cases by the factor's value.
 type Lines = Vec<(String, Vec<(f64, Group)>)>;
 
-fn lines(plan: &Plan, table: &Table, index: usize, word: &dyn Fn(&Row) -> Option<String>) -> Lines {
+fn lines(plan: &Plan, table: &Table, index: usize, word: Word) -> Lines {
+    let of_row = |row: &Row| word.of(&plan.sweep, row);
     let mut names: Vec<String> = Vec::new();
-    for name in table.rows.iter().filter_map(word) {
+    for name in table.rows.iter().filter_map(of_row) {
         if !names.contains(&name) {
             names.push(name);
         }
     }
     let of = |name: &String| {
-        let rows: Vec<&Row> = table.rows.iter().filter(|row| word(row).as_ref() == Some(name)).collect();
+        let rows: Vec<&Row> = table.rows.iter().filter(|row| of_row(row).as_ref() == Some(name)).collect();
         (name.clone(), figures::over_factor(&plan.sweep, &rows, index))
     };
     names.iter().map(of).collect()
