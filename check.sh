@@ -46,6 +46,9 @@ cargo clippy --release --locked --no-default-features --lib -- -D warnings
 step "tests"
 cargo test --release --workspace --locked
 
+step "the documents' examples that read a sweep's results"
+DUCTLOOP="${CARGO_TARGET_DIR:-target}/release/ductloop" python3 tests/reading_results.py
+
 step "a navigator in a crate outside the workspace"
 # It has a lock file of its own making from the workspace's, so that both stand on the same versions.
 cp Cargo.lock examples/own-navigator/Cargo.lock

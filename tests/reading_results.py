@@ -34,11 +34,16 @@ def environment():
     have = [python, "-c", "import " + ", ".join(PACKAGES)]
     if python.exists() and subprocess.run(have, capture_output=True).returncode == 0:
         return python
-    venv.create(ENVIRONMENT, with_pip=True, clear=True)
+    try:
+        venv.create(ENVIRONMENT, with_pip=True, clear=True)
+    except (subprocess.CalledProcessError, OSError) as error:
+        print(f"skipped: no virtual environment can be made here (Debian: apt-get install python3-venv): {error}")
+        return None
     install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *PACKAGES]
     installed = subprocess.run(install, capture_output=True, text=True)
     if installed.returncode != 0:
-        print(f"skipped: {' and '.join(PACKAGES)} cannot be had from PyPI: {installed.stderr.strip().splitlines()[-1:]}")
+        last = (installed.stderr.strip().splitlines() or ["pip does not say why"])[-1]
+        print(f"skipped: {' and '.join(PACKAGES)} cannot be had from PyPI: {last}")
         return None
     return python
 
@@ -56,7 +61,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         # The table that the document speaks of, of a sweep small enough for a test: two widths, both rigs.
         sweep = [program(), "sweep", ROOT / "scenarios" / "sweeps" / "duct-width.toml", "--quiet", "--out", "out"]
-        for setting in ["replicates=1", "factor.duct.width_m=[0.4, 0.5]", "scenario.duct.run=[{ straight_m = 2.5 }]"]:
+        for setting in ["replicates=1", "factor.duct.width_m=[0.4, 0.5]", "scenario.duct.run=[{ straight_m = 3.2 }]"]:
             sweep += ["--set", setting]
         subprocess.run(sweep, cwd=folder, check=True)
         made = next(pathlib.Path(folder, "out").iterdir())

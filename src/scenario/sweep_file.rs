@@ -32,6 +32,7 @@ use super::typed::Typed;
 use super::{Scenario, resolve};
 
 pub mod factor;
+mod factor_reader;
 mod reader;
 mod schema;
 mod settings;

@@ -37,7 +37,8 @@ fn the_schema_is_json_and_knows_the_fields() {
     let of = |kind: &str| workshop.run(&["schema", "--kind", kind]).expect(0).json();
     assert_eq!(of("accuracy")["properties"]["poses"]["properties"]["count"]["type"], "integer");
     assert_eq!(of("gauge")["properties"]["gauge"]["properties"]["window_px"]["maximum"], 200);
-    workshop.run(&["schema", "--kind", "sweep"]).expect(2).saying(&["sweep", "scenario, accuracy, gauge"]);
+    assert_eq!(of("sweep")["properties"]["design"]["default"], "grid");
+    workshop.run(&["schema", "--kind", "study"]).expect(2).saying(&["study", "scenario, accuracy, sweep, gauge"]);
 }
 
 #[test]
