@@ -5,6 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use ductloop::scenario::sweep_file::SweepFile;
+
 /// A fenced block of a document.
 struct Block {
     /// `sh`, `yaml`.
@@ -131,12 +133,17 @@ fn pictures_are_what_their_commands_make() {
     assert!(seen >= 1, "no command makes a picture");
 }
 
-/// Scenarios that are shown in full are right.
+/// Scenarios and sweeps that are shown in full are right.
 #[test]
-fn scenarios_are_valid() {
+fn files_that_are_shown_are_valid() {
+    let straight = read("scenarios/straight.toml");
     for file in documents() {
         for block in blocks(&read(&file)).iter().filter(|block| block.language == "toml" && block.text.contains("kind = ")) {
-            if let Err(wrong) = ductloop::Scenario::from_toml_str(&block.text) {
+            if block.text.contains("kind = \"sweep\"") {
+                if let Err(wrong) = SweepFile::from_toml_str(&block.text, &[("../straight.toml", &straight)]) {
+                    panic!("{}:\n{wrong}", file.display());
+                }
+            } else if let Err(wrong) = ductloop::Scenario::from_toml_str(&block.text) {
                 panic!("{}:\n{wrong}", file.display());
             }
         }

@@ -35,8 +35,8 @@ fn shown(plan: &Plan) -> Vec<Shown> {
     const ALL: [(&str, &str, f64); 4] = [
         ("lateral_rms_m", "lateral RMS / mm", 1e3),
         ("heading_rms_rad", "heading RMS / °", 180.0 / std::f64::consts::PI),
-        ("lateral_estimate_rms_m", "lateral error of the measurement, RMS / mm", 1e3),
-        ("estimates_valid", "share of frames with a measurement", 1.0),
+        ("lateral_estimate_rms_m", "measured lateral, error / mm", 1e3),
+        ("estimates_valid", "frames measured", 1.0),
     ];
     ALL.into_iter()
         .filter_map(|(name, title, scale)| {

@@ -16,7 +16,7 @@ pub fn schema() -> Value {
     let count = |about: &str| json!({ "type": "number", "minimum": 0, "description": about });
     let whole = |least: i64, most: i64, about: &str| json!({ "type": "integer", "minimum": least, "maximum": most, "description": about });
     let table = |about: &str, properties: Value| json!({ "type": "object", "description": about, "properties": properties, "additionalProperties": false });
-    let path = json!({ "type": "string", "pattern": "." });
+    let path = json!({ "type": "string" });
     let mut laid_over = scenario::part();
     laid_over["description"] = json!("Laid over every base, as `--with` lays a file.");
     let properties = json!({
