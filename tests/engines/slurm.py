@@ -71,8 +71,7 @@ class Cluster:
         self.folder = folder
         host = socket.gethostname().split(".")[0]
         os.environ["SLURM_CONF"] = str(configuration(folder, host))
-        find = os.environ["PATH"] + ":/usr/sbin:/sbin"
-        os.environ["PATH"] = find
+        os.environ["PATH"] += ":/usr/sbin:/sbin"
         self.started = []
         log = (folder / "daemons.log").open("w")
         start = lambda words: self.started.append(subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=log, stderr=log))
@@ -116,8 +115,7 @@ class Cluster:
                 daemon.kill()
                 daemon.wait()
         here = f"SLURM_CONF={os.environ['SLURM_CONF']}".encode()
-        mine = lambda: common.processes(lambda _, environment: here in environment)
-        common.kill(mine())
+        common.kill(common.processes(lambda _, environment: here in environment))
 
 
 def parent(number):
@@ -189,8 +187,7 @@ def main():
             raise
         finally:
             cluster.close()
-        left = common.processes(lambda line, _: str(folder) in line)
-        assert not left, f"processes are left: {left}"
+        common.until("the end of all processes", lambda: not common.processes(lambda line, _: str(folder) in line), 30)
 
 
 if __name__ == "__main__":
