@@ -30,7 +30,6 @@ pub struct Outcome {
     pub host: String,
 }
 
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
 fn hex<S: serde::Serializer>(hash: &CaseHash, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_str(&format_args!("{hash:032x}"))
 }
