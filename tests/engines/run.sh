@@ -46,7 +46,9 @@ fi
 venv="$PWD/target/engines"
 wanted=(pyarrow ray 'moto[server]')
 [ ${#small[@]} -eq 0 ] || wanted=(pyarrow ray)
-if ! "$venv/bin/python" -c 'import pyarrow, ray' 2>/dev/null || { [ ${#small[@]} -eq 0 ] && ! "$venv/bin/python" -c 'import moto' 2>/dev/null; }; then
+modules='pyarrow, ray'
+[ ${#small[@]} -gt 0 ] || modules='pyarrow, ray, moto'
+if ! "$venv/bin/python" -c "import $modules" 2>/dev/null; then
     step "installing ${wanted[*]}"
     if ! { python3 -m venv "$venv" && "$venv/bin/pip" install -q --disable-pip-version-check "${wanted[@]}"; }; then
         skipped "no virtual environment with ${wanted[*]}: tables cannot be read, Ray cannot be had"

@@ -93,7 +93,8 @@ pub(crate) struct EngineArgs {
     #[arg(long, value_enum, value_name = "ENGINE", requires = "nodes")]
     pub(crate) engine: Option<EngineChoice>,
     /// Machines to ask for; never more than there are points
-    #[arg(long, value_name = "N", requires = "engine", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, value_name = "N", requires = "engine", allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) nodes: Option<u32>,
     /// Slurm: partition of the jobs
     #[arg(long, value_name = "NAME", requires = "engine")]

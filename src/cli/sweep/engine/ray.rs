@@ -48,12 +48,15 @@ impl Ray {
         let look = "import importlib.util, sys; sys.exit(0 if importlib.util.find_spec('ray') else 7)";
         match aside(&python).args(["-c", look]).stdin(Stdio::null()).output() {
             Ok(told) if told.status.success() => Ok(Self { nodes, address, python }),
-            Ok(told) if told.status.code() == Some(7) => Err(wrong(format!("Ray is not installed in {python}"))
-                .help(format!("`{python} -m pip install ray` installs it (Debian's Python wants a virtual environment: `--python` names its python); {elsewhere}"))),
+            Ok(told) if told.status.code() == Some(7) => Err(wrong(format!("Ray is not installed in {python}")).help(format!(
+                "`{python} -m pip install ray` installs it (Debian's Python wants a virtual environment: `--python` names its \
+                     python); {elsewhere}"
+            ))),
             Ok(told) => Err(wrong(format!("{python} does not work: {}", String::from_utf8_lossy(&told.stderr).trim()))
                 .help("`--python` names another one")),
-            Err(error) => Err(wrong(format!("there is no Python here: {python}: {error}"))
-                .help(format!("install Python and, in it, Ray (`python3 -m pip install ray`), and name it with `--python`; {elsewhere}"))),
+            Err(error) => Err(wrong(format!("there is no Python here: {python}: {error}")).help(format!(
+                "install Python and, in it, Ray (`python3 -m pip install ray`), and name it with `--python`; {elsewhere}"
+            ))),
         }
     }
 
