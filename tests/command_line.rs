@@ -31,6 +31,8 @@ mod same_seed;
 mod seeds;
 #[path = "command_line/sweep.rs"]
 mod sweep;
+#[path = "command_line/sweep_engines.rs"]
+mod sweep_engines;
 #[path = "command_line/verdicts.rs"]
 mod verdicts;
 #[path = "command_line/workshop.rs"]

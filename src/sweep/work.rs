@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Mutex, mpsc};
 
 use super::case::{CaseHash, Cases};
 use super::ledger::{self, Damaged, WriteError, Writer};
+use super::outcome::Outcome;
 use super::pass_rate::enough;
 use super::plan::Plan;
 use super::single_case::{self, Attempt};
@@ -163,12 +164,34 @@ impl Crew<'_> {
         let known = &*done;
         let (which, next) = (&which, &next);
         let threads = (self.means.threads.max(1) as u64).min(count);
-        let results: Vec<Result<Vec<_>, WorkError>> = std::thread::scope(|scope| {
-            let crew: Vec<_> = (0..threads).map(|_| scope.spawn(move || self.hand(known, next, count, which))).collect();
-            crew.into_iter().map(|hand| hand.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
+        // Disks take their time to flush: one thread writes while the others simulate, a few outcomes behind at most.
+        let (sender, receiver) = mpsc::sync_channel(2 * threads as usize);
+        let (results, written) = std::thread::scope(|scope| {
+            let scribe = scope.spawn(|| self.write(receiver));
+            let crew: Vec<_> = (0..threads)
+                .map(|_| {
+                    let sender = sender.clone();
+                    scope.spawn(move || self.hand(known, next, count, which, &sender))
+                })
+                .collect();
+            drop(sender);
+            let results: Vec<_> = crew.into_iter().map(joined).collect();
+            (results, joined(scribe))
         });
+        written?;
         for result in results {
             done.extend(result?);
+        }
+        Ok(())
+    }
+
+    /// Writes outcomes as they come, and counts them.
+    fn write(&self, outcomes: mpsc::Receiver<Outcome>) -> Result<(), WorkError> {
+        let mut writer = self.writer.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        for outcome in outcomes {
+            let passed = outcome.passed();
+            writer.put(outcome).inspect_err(|_| self.broken_off.store(true, Ordering::Relaxed))?;
+            self.tell(passed, false);
         }
         Ok(())
     }
@@ -180,6 +203,7 @@ impl Crew<'_> {
         next: &AtomicU64,
         count: u64,
         which: &(impl Fn(u64) -> (u64, u32) + Sync),
+        outcomes: &mpsc::SyncSender<Outcome>,
     ) -> Result<Vec<(CaseHash, bool)>, WorkError> {
         let mut finished = Vec::new();
         while !self.broken_off.load(Ordering::Relaxed) {
@@ -196,10 +220,11 @@ impl Crew<'_> {
             let Means { plan, engine, host, .. } = self.means;
             match single_case::run(&plan.sweep, &case, engine, host, || self.go_on()) {
                 Attempt::Over(outcome) => {
-                    let passed = outcome.passed();
-                    finished.push((case.hash, passed));
-                    self.put(*outcome)?;
-                    self.tell(passed, false);
+                    finished.push((case.hash, outcome.passed()));
+                    // Nobody takes it where it cannot be written: then the writer says why.
+                    if outcomes.send(*outcome).is_err() {
+                        break;
+                    }
                 }
                 Attempt::BrokenOff => break,
                 Attempt::Lost(error) => {
@@ -209,12 +234,6 @@ impl Crew<'_> {
             }
         }
         Ok(finished)
-    }
-
-    fn put(&self, outcome: super::outcome::Outcome) -> Result<(), WorkError> {
-        let mut writer = self.writer.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        writer.put(outcome).inspect_err(|_| self.broken_off.store(true, Ordering::Relaxed))?;
-        Ok(())
     }
 
     /// Counts a case.
@@ -238,6 +257,10 @@ impl Crew<'_> {
         }
         ControlFlow::Continue(())
     }
+}
+
+fn joined<T>(thread: std::thread::ScopedJoinHandle<'_, T>) -> T {
+    thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
 #[cfg(test)]

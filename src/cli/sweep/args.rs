@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use ductloop::sweep::work::Shard;
 
 use crate::cli::args::{OverlayArgs, RendererArgs, RendererChoice};
@@ -22,6 +22,11 @@ Examples:
   ductloop sweep work out/s --shard 2/2                       on another that sees the same folder
   ductloop sweep status out/s
   ductloop sweep merge out/s
+
+  ductloop sweep duct-width --engine slurm --nodes 8 --partition compute --out /shared/sweeps
+                                                              a job array of Slurm, followed to its end and merged
+  ductloop sweep duct-width --engine ray --nodes 8 --address 10.0.0.1:6379 --out /shared/sweeps
+                                                              tasks on a Ray cluster; without --address on this machine
 
 Called again after an interrupt, a crash or a power cut, it does what is missing and nothing twice. Every case is a row of
 results.parquet; the report says with which command each of the worst is repeated alone."
@@ -76,7 +81,42 @@ pub(crate) struct WholeArgs {
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
     #[command(flatten)]
+    pub(crate) engine: EngineArgs,
+    #[command(flatten)]
     pub(crate) saying: SayingArgs,
+}
+
+/// Which scheduler runs the cases, on which machines; this machine alone if none is named.
+#[derive(Args, Debug)]
+pub(crate) struct EngineArgs {
+    /// Run the cases on the machines of a scheduler, which see this program and DIR under the same paths
+    #[arg(long, value_enum, value_name = "ENGINE", requires = "nodes")]
+    pub(crate) engine: Option<EngineChoice>,
+    /// Machines to ask for; never more than there are points
+    #[arg(long, value_name = "N", requires = "engine", allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) nodes: Option<u32>,
+    /// Slurm: partition of the jobs
+    #[arg(long, value_name = "NAME", requires = "engine")]
+    pub(crate) partition: Option<String>,
+    /// Slurm: one more argument for sbatch, as in `--engine-arg=--time=60`; may be given several times
+    #[arg(long, value_name = "ARG", requires = "engine", allow_hyphen_values = true)]
+    pub(crate) engine_arg: Vec<String>,
+    /// Ray: the cluster's address; without it that of `RAY_ADDRESS`, else one that runs here, else one is started on this machine
+    #[arg(long, value_name = "HOST:PORT", requires = "engine")]
+    pub(crate) address: Option<String>,
+    /// Ray: Python in which it is installed [default: python3]
+    #[arg(long, value_name = "PROGRAM", requires = "engine")]
+    pub(crate) python: Option<String>,
+}
+
+/// A scheduler.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum EngineChoice {
+    /// A job array
+    Slurm,
+    /// Tasks of a cluster
+    Ray,
 }
 
 #[derive(Args, Debug)]

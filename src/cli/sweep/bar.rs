@@ -15,8 +15,7 @@ const BETWEEN_LINES: Duration = Duration::from_secs(30);
 /// The bar.
 pub(super) struct Bar {
     bar: ProgressBar,
-    /// When the next line is due, and how many cases had been found done when counting began; `None` where a bar is drawn or nothing
-    /// is to be said.
+    /// When the next line is due; `None` where a bar is drawn or nothing is to be said.
     lines: Option<Mutex<Instant>>,
     started: Instant,
 }
@@ -36,20 +35,29 @@ impl Bar {
     /// Shows a tally.
     pub(super) fn show(&self, tally: Tally) {
         let Tally { cases, done, found, failed } = tally;
+        self.draw(cases, done, found, &format!("{failed} failed"));
+    }
+
+    /// Shows how far others are: `done` of `cases`, `found` of them from before, and what there is to say of those at work.
+    pub(super) fn draw(&self, cases: u64, done: u64, found: u64, said: &str) {
         self.bar.set_length(cases);
         self.bar.set_position(done);
         if done == found {
             // What was done before says nothing of how long the rest takes.
             self.bar.reset_eta();
         }
-        let rate = (done - found) as f64 / self.started.elapsed().as_secs_f64().max(1e-3);
-        let words = format!("{failed} failed, {rate:.2} a second");
+        let rate = done.saturating_sub(found) as f64 / self.started.elapsed().as_secs_f64().max(1e-3);
+        let words = format!("{said}, {rate:.2} a second");
         if let Some(due) = &self.lines {
             let mut due = due.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
             if Instant::now() >= *due {
                 *due = Instant::now() + BETWEEN_LINES;
-                let left_s = (cases - done) as f64 / rate.max(1e-9);
-                note(&format!("{done} of {cases} cases, {words}, {left_s:.0} s left"));
+                let left = if done > found {
+                    format!(", {:.0} s left", cases.saturating_sub(done) as f64 / rate)
+                } else {
+                    String::new()
+                };
+                note(&format!("{done} of {cases} cases, {words}{left}"));
             }
         }
         self.bar.set_message(words);

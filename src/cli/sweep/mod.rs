@@ -1,13 +1,14 @@
 //! `ductloop sweep`: a design of experiments, on this machine or many.
 //!
 //! - `args`: what may be typed; - `inputs`: the file, and whether its points can be; - `steps`: plan, work, status, merge, alone;
-//! - `bar`: how far it is; - `verdict`: the table and the exit code at the end; - `engine`: Slurm and Ray.
+//! - `bar`: how far it is; - `verdict`: the table and the exit code at the end; - `engine`: Slurm and Ray, whose machines run `work`.
 
 use super::interrupt;
 use super::problem::Problem;
 
 mod args;
 mod bar;
+mod engine;
 mod inputs;
 mod steps;
 mod verdict;

@@ -13,6 +13,7 @@ use serde_json::json;
 
 use super::args::{FileArgs, MergeArgs, PlaceArgs, PlanArgs, SayingArgs, WholeArgs, WorkArgs, rendering};
 use super::bar::Bar;
+use super::engine::{self, Engine};
 use super::inputs::{self, Planned, renderer_id};
 use super::verdict;
 use crate::cli::args::RendererChoice;
@@ -21,15 +22,21 @@ use crate::cli::rendering::Rendering;
 use crate::cli::streams::{note, print, print_json};
 use crate::cli::{INTERRUPTED, destination, interrupt};
 
-/// All steps, on this machine.
+/// All steps, on this machine or those of a scheduler.
 pub(super) fn whole(args: &WholeArgs) -> Result<u8, Problem> {
+    let engine = Engine::of(&args.engine)?;
     let Planned { plan, rendering, changed } = inputs::planned(&args.file, args.saying.quiet)?;
     let name = folder_name(&plan.sweep.name, changed, plan.sweep.seed, &format!("{:?}", plan.sweep));
-    let place = format!("{}/{name}", args.out.trim_end_matches('/'));
+    let out = if engine.is_some() { engine::from_anywhere(&args.out)? } else { args.out.clone() };
+    let place = format!("{}/{name}", out.trim_end_matches('/'));
     let store = write_plan(&plan, &place, &args.file, "--out")?;
-    let Some(_) = carry_out(&plan, &store, &rendering, Shard::ALL, args.threads, args.saying)? else {
-        return Ok(INTERRUPTED);
+    let gone_on = match engine {
+        None => carry_out(&plan, &store, &rendering, Shard::ALL, args.threads, args.saying)?.is_some(),
+        Some(engine) => engine.carry_out(&plan, &store, args.threads, args.saying)?,
     };
+    if !gone_on {
+        return Ok(INTERRUPTED);
+    }
     let table = Table::read(&plan, &store).map_err(|error| lost(&error))?;
     verdict::conclude(&plan, &store, &table, args.saying)
 }
@@ -202,7 +209,7 @@ fn unwritable(error: &StoreError, option: &str) -> Problem {
         .help("choose another place")
 }
 
-fn lost(error: &StoreError) -> Problem {
+pub(super) fn lost(error: &StoreError) -> Problem {
     Problem::new(Problem::CANNOT_GO_ON, error.to_string())
 }
 

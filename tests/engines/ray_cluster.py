@@ -1,0 +1,79 @@
+"""A sweep over a Ray cluster of two nodes on this machine (`ray.cluster_utils.Cluster`), one of which is killed in mid-sweep.
+
+ray_cluster.py DUCTLOOP [--small]. The small form has fewer cases, and interrupts the sweep first.
+"""
+
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
+
+import common
+from ray.cluster_utils import Cluster
+
+
+def main():
+    ductloop, small = pathlib.Path(sys.argv[1]).absolute(), "--small" in sys.argv
+    with tempfile.TemporaryDirectory(prefix="ductloop-ray-") as name:
+        folder = pathlib.Path(name)
+        replicates = 20 if small else 80
+        cases = replicates * common.POINTS
+        sweep = common.write_sweep(folder, replicates)
+        expected = common.local_rows(ductloop, sweep, folder)
+        workers = lambda: common.processes(lambda line, _: " sweep work " in line and str(folder) in line and "--shard" in line)
+        # Where Ray keeps its sockets: a path must be short.
+        cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "include_dashboard": False})
+        try:
+            lost = cluster.add_node(num_cpus=1)
+            call = [str(ductloop), "sweep", str(sweep), "--engine", "ray", "--nodes", "2", "--address", cluster.address]
+            call += ["--python", sys.executable, "--out", "cluster"]
+            place = folder / "cluster" / "engines"
+            log = place / "logs" / "ray.log"
+            start = lambda: subprocess.Popen(
+                call, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+            )
+            started = time.monotonic()
+            if small:
+                going = start()
+                common.until("cases", lambda: common.parts_done(place) >= 6, 180, going)
+                going.send_signal(signal.SIGINT)
+                said = going.communicate(timeout=90)
+                assert going.returncode == 130 and "are done and kept" in said[1], said
+                common.until("the end of the workers", lambda: not workers(), 30)
+                print(f"interrupted: no worker is left, {common.parts_done(place)} of {cases} cases are kept", flush=True)
+            before = common.parts_done(place)
+            going = start()
+            common.until("more cases", lambda: common.parts_done(place) >= before + 6 and len(workers()) == 2, 180, going)
+            # The raylet alone, without a word: its workers notice, and the tasks die with them.
+            lost.all_processes["raylet"][0].process.kill()
+            killed, kept = time.monotonic(), common.parts_done(place)
+            assert kept < cases, "the sweep was over before the kill"
+            common.until("the end of the lost node's worker", lambda: len(workers()) < 2, 60)
+            said = going.communicate(timeout=600)
+            assert going.returncode == 0, said
+            print(f"a raylet killed at {kept} of {cases} cases; all done {time.monotonic() - killed:.0f} s later", flush=True)
+            ended = [line for line in log.read_text().splitlines() if line.startswith("shard ")]
+            assert len(ended) == 2 and not any("failed" in line for line in ended), ended
+            print(f"on Ray: {time.monotonic() - started:.0f} s", flush=True)
+            common.compare(place / "results.parquet", expected, cases)
+            # Called again, there is nothing to hand over.
+            size = log.stat().st_size
+            common.run(call, cwd=folder)
+            assert log.stat().st_size == size
+        except BaseException:
+            log = folder / "cluster" / "engines" / "logs" / "ray.log"
+            if log.exists():
+                print(f"--- {log}\n{log.read_text(errors='replace')[-6000:]}", file=sys.stderr)
+            raise
+        finally:
+            cluster.shutdown()
+        common.until("the end of all processes", lambda: not common.processes(lambda line, _: str(folder) in line), 30)
+
+
+if __name__ == "__main__":
+    main()
