@@ -65,7 +65,7 @@ pub fn html(plan: &Plan, table: &Table, summary: &Json) -> Result<String, Report
             context! { factor => effect.factor.as_str(), unit => effect.unit.as_str(), rows => groups(&mut effect.levels.iter()), plots => plots }
         })
         .collect();
-    let worst: Vec<Value> = figures::worst(sweep, table, WORST)
+    let worst: Vec<Value> = figures::worst(table, WORST)
         .into_iter()
         .map(|row| {
             let why = row.outcome.error.clone().unwrap_or_else(|| row.outcome.reasons.clone());

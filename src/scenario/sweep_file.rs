@@ -21,7 +21,7 @@
 //!
 //! A case is a base, a list of settings `path=value` and a seed: just what `ductloop run BASE --set path=value … --seed N` takes.
 
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
@@ -161,7 +161,7 @@ impl SweepFile {
     pub fn read(path: &Path, overlays: &Overlays) -> Result<Self, Diagnostics> {
         let folder = path.parent().unwrap_or(Path::new(""));
         resolve(Typed::read(path, overlays), |base| {
-            let file = folder.join(base);
+            let file = without_detours(&folder.join(base));
             let typed = Typed::read(&file, &Overlays::default());
             match typed.unreadable.is_empty() {
                 true => Ok((file.display().to_string(), typed.sources.text(0).to_owned())),
@@ -190,6 +190,24 @@ impl SweepFile {
         let seed = format!("seed={seed}");
         let set = self.settings.iter().chain(settings).chain(std::iter::once(&seed));
         resolve::resolve(&Typed::from_text_with(file, text, set))
+    }
+}
+
+/// A path with each `NAME/..` left out, as people would have typed it. Where NAME is a link that leads elsewhere, it stays.
+fn without_detours(path: &Path) -> PathBuf {
+    let mut short = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::ParentDir if matches!(short.components().next_back(), Some(Component::Normal(_))) => {
+                short.pop();
+            }
+            Component::CurDir => {}
+            part => short.push(part),
+        }
+    }
+    match (path.canonicalize(), short.canonicalize()) {
+        (Ok(there), Ok(here)) if there == here => short,
+        _ => path.to_owned(),
     }
 }
 

@@ -102,7 +102,8 @@ impl<'a> Cases<'a> {
     fn seed(&self, point: u64, replicate: u32) -> u64 {
         let first = self.sweep.seed;
         if self.sweep.common_random_numbers {
-            return first + u64::from(replicate);
+            // After the last seed comes the first.
+            return (first + u64::from(replicate)) & (i64::MAX as u64);
         }
         let of = [first, point, u64::from(replicate)].map(u64::to_le_bytes).concat();
         xxh3_64(&of) >> 1

@@ -193,12 +193,16 @@ pub fn over_factor(sweep: &SweepFile, rows: &[&Row], index: usize) -> Vec<(f64, 
         .collect()
 }
 
-/// Cases that are the worst: those that did not pass, errors first, then by the first of the sweep's metrics that has them.
-pub fn worst<'t>(sweep: &SweepFile, table: &'t Table, count: usize) -> Vec<&'t Row> {
+/// Cases that are the worst: errors, then timeouts, then failures; within each those furthest from the centreline first.
+pub fn worst(table: &Table, count: usize) -> Vec<&Row> {
     let key = |row: &&Row| {
-        let metric = ["lateral_rms_m", "lateral_max_m"].iter().find_map(|name| row.outcome.metric(name));
-        let metric = metric.or_else(|| sweep.metrics.iter().find_map(|name| row.outcome.metric(name)));
-        (row.outcome.verdict, metric.unwrap_or(f64::INFINITY))
+        let rank = match row.outcome.verdict {
+            Verdict::Error => 3,
+            Verdict::Timeout => 2,
+            Verdict::Fail => 1,
+            Verdict::Pass => 0,
+        };
+        (rank, row.outcome.metric("lateral_rms_m").unwrap_or(f64::INFINITY))
     };
     let mut rows: Vec<&Row> = table.rows.iter().collect();
     rows.sort_by(|a, b| {
@@ -284,9 +288,9 @@ pub fn summary(sweep: &SweepFile, table: &Table, build: &str, renderer: &str) ->
         })
         .collect();
     let verdict = match (complete, misses.is_empty()) {
-        (false, _) => "incomplete",
+        (_, false) => "fail",
+        (false, true) => "incomplete",
         (true, true) => "pass",
-        (true, false) => "fail",
     };
     json!({
         "format": 1, "sweep": sweep.name, "verdict": verdict, "reasons": misses, "seed": sweep.seed, "renderer": renderer, "build": build,

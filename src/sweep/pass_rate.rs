@@ -22,16 +22,31 @@ pub fn wilson(passed: u64, count: u64) -> [f64; 2] {
 /// How many of a point's replicates count, of which these are known in their order: all up to the first at which the rule holds.
 /// `None` if it does not hold yet.
 pub fn enough(rule: &StopRule, passed: impl Iterator<Item = bool>) -> Option<u32> {
-    let (mut count, mut passes) = (0, 0);
+    let mut so_far = SoFar::default();
     for pass in passed {
-        count += 1;
-        passes += u64::from(pass);
-        let [low, high] = wilson(passes, count);
-        if count >= u64::from(rule.least_replicates) && (high - low) / 2.0 <= rule.pass_rate_half_width {
-            return Some(count as u32);
+        if so_far.is_enough_with(rule, pass) {
+            return Some(so_far.count);
         }
     }
     None
+}
+
+/// A point's replicates as far as they are known in their order.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SoFar {
+    /// How many there are.
+    pub count: u32,
+    passed: u64,
+}
+
+impl SoFar {
+    /// Takes the next one in; whether that is enough.
+    pub fn is_enough_with(&mut self, rule: &StopRule, passed: bool) -> bool {
+        self.count += 1;
+        self.passed += u64::from(passed);
+        let [low, high] = wilson(self.passed, u64::from(self.count));
+        self.count >= rule.least_replicates && (high - low) / 2.0 <= rule.pass_rate_half_width
+    }
 }
 
 #[cfg(test)]

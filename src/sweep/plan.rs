@@ -2,10 +2,11 @@
 //! same program can make the same cases of it.
 
 use serde::{Deserialize, Serialize};
+use xxhash_rust::xxh3::xxh3_128;
 
 use super::case::{BUILD_ID, Cases};
 use super::store::{Store, StoreError};
-use crate::scenario::sweep_file::SweepFile;
+use crate::scenario::sweep_file::{Base, SweepFile, SweepPass};
 
 /// The plan's object in its store.
 pub const NAME: &str = "plan.json";
@@ -25,6 +26,8 @@ pub struct Plan {
     pub points: u64,
     /// How many cases there are.
     pub cases: u64,
+    /// XXH3-128 of the sweep as it stands below: a plan that was edited is none.
+    pub hash: String,
     /// The sweep.
     pub sweep: SweepFile,
 }
@@ -41,6 +44,9 @@ pub enum PlanError {
     /// The document is not one.
     #[error("{0}/{NAME} is no plan of a sweep: {1}")]
     Unreadable(String, serde_json::Error),
+    /// It is not as it was written.
+    #[error("{0}/{NAME} was changed since it was written: plan anew with `ductloop sweep plan FILE --out {0} --force`")]
+    Changed(String),
     /// Another program wrote it.
     #[error(
         "{place}/{NAME} was made by another build of ductloop ({theirs}), whose results would differ: plan anew with \
@@ -72,6 +78,7 @@ impl Plan {
             renderer: renderer.to_owned(),
             points,
             cases: count,
+            hash: hash_of(&sweep),
             sweep,
         }
     }
@@ -89,7 +96,24 @@ impl Plan {
         let place = || store.place().to_owned();
         let bytes = store.get(NAME)?.ok_or_else(|| PlanError::None(place()))?;
         let plan: Self = serde_json::from_slice(&bytes).map_err(|error| PlanError::Unreadable(place(), error))?;
-        if plan.build == BUILD_ID { Ok(plan) } else { Err(PlanError::OtherBuild { place: place(), theirs: plan.build }) }
+        if plan.build != BUILD_ID {
+            return Err(PlanError::OtherBuild { place: place(), theirs: plan.build });
+        }
+        let as_written = plan.format == 1 && plan.hash == hash_of(&plan.sweep) && (plan.points, plan.cases) == plan.counts();
+        if as_written { Ok(plan) } else { Err(PlanError::Changed(place())) }
+    }
+
+    fn counts(&self) -> (u64, u64) {
+        let cases = self.cases();
+        (cases.points(), cases.count())
+    }
+
+    /// What of the plan bears on its cases, as text: not how the bases' files are called, what the sweep is for, or what is kept of it.
+    pub fn identity(&self) -> String {
+        let bases = self.sweep.bases.iter().map(|base| Base { file: String::new(), ..base.clone() }).collect();
+        let sweep =
+            SweepFile { about: String::new(), bases, metrics: Vec::new(), pass: SweepPass::default(), ..self.sweep.clone() };
+        format!("{} {} {}", self.build, self.renderer, as_text(&sweep))
     }
 
     /// Puts the plan into a store. One that is there already must be the same, unless `force`; results that are there stay: those of
@@ -105,9 +129,19 @@ impl Plan {
         if store.create(NAME, text.clone().into_bytes())? {
             return Ok(());
         }
-        match store.get(NAME)? {
-            Some(there) if there == text.as_bytes() => Ok(()),
+        match store.get(NAME)?.map(|there| serde_json::from_slice::<Self>(&there)) {
+            // The same cases: what is kept of them, or how a file is called, may have changed.
+            Some(Ok(there)) if there.identity() == self.identity() => Ok(store.replace(NAME, text.into_bytes())?),
             _ => Err(PlanError::OtherSweep(store.place().to_owned())),
         }
     }
+}
+
+fn hash_of(sweep: &SweepFile) -> String {
+    format!("{:032x}", xxh3_128(as_text(sweep).as_bytes()))
+}
+
+/// A sweep as JSON, of which everything in it is capable.
+fn as_text(sweep: &SweepFile) -> String {
+    serde_json::to_string(sweep).unwrap_or_default()
 }

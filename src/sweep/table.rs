@@ -1,6 +1,7 @@
 //! The table of a sweep: a row a case, in the order of the cases, and `results.parquet`.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
 use arrow_array::{ArrayRef, BooleanArray, Float64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
@@ -12,6 +13,7 @@ use super::outcome::Outcome;
 use super::pass_rate::enough;
 use super::plan::Plan;
 use super::store::{Store, StoreError};
+use crate::metrics::Verdict;
 use crate::output::frames::{table_writer, to_parquet};
 use crate::scenario::sweep_file::SweepFile;
 
@@ -38,14 +40,21 @@ pub struct Table {
 }
 
 impl Table {
-    /// Reads a plan's results. Of a case that was done twice one result counts: they are the same.
+    /// Reads a plan's results. Of a case that was done twice one result counts: they are the same, unless one machine was too slow for it;
+    /// then the other's counts. Points that are equal, as drawn ones may be, share their results, each with rows of its own.
     ///
     /// # Errors
     /// Where the store cannot be read.
     pub fn read(plan: &Plan, store: &Store) -> Result<Self, StoreError> {
         let mut outcomes: BTreeMap<CaseHash, Outcome> = BTreeMap::new();
-        let damaged = ledger::read(store, |outcome| {
-            outcomes.entry(outcome.hash).or_insert(outcome);
+        let damaged = ledger::read(store, |outcome| match outcomes.entry(outcome.hash) {
+            Entry::Occupied(mut there) if there.get().verdict == Verdict::Timeout => {
+                there.insert(outcome);
+            }
+            Entry::Occupied(_) => {}
+            Entry::Vacant(place) => {
+                place.insert(outcome);
+            }
         })?;
         let cases = plan.cases();
         let mut table = Self { rows: Vec::new(), missing: 0, spared: 0, damaged };
@@ -57,7 +66,7 @@ impl Table {
             for case in all {
                 if counted.is_some_and(|count| case.replicate >= count) {
                     table.spared += 1;
-                } else if let Some(outcome) = outcomes.remove(&case.hash) {
+                } else if let Some(outcome) = outcomes.get(&case.hash).cloned() {
                     table.rows.push(Row { case, outcome });
                 } else {
                     table.missing += 1;

@@ -8,7 +8,7 @@ use std::sync::{Mutex, mpsc};
 use super::case::{CaseHash, Cases};
 use super::ledger::{self, Damaged, WriteError, Writer};
 use super::outcome::Outcome;
-use super::pass_rate::enough;
+use super::pass_rate::SoFar;
 use super::plan::Plan;
 use super::single_case::{self, Attempt};
 use super::store::{Store, StoreError};
@@ -125,18 +125,25 @@ pub fn work(
 /// Replicates of the points that have not had enough, a few at a time. Which count is for [`super::table`] to say, by the same rule.
 fn by_rounds(crew: &Crew<'_>, rule: &StopRule, done: &mut BTreeMap<CaseHash, bool>, points: &[u64]) -> Result<(), WorkError> {
     let replicates = crew.cases.replicates();
-    let mut open: Vec<u64> = points.to_vec();
+    let mut open: Vec<(u64, SoFar)> = points.iter().map(|point| (*point, SoFar::default())).collect();
     let mut next = 0;
     while next < replicates && !open.is_empty() && !crew.broken_off.load(Ordering::Relaxed) {
         // Enough for every thread to have something.
         let ahead = crew.means.threads.div_ceil(open.len()) as u32;
         let ahead = ahead.max(if next == 0 { rule.least_replicates } else { 1 }).min(replicates - next);
         let count = open.len() as u64;
-        crew.round(done, count * u64::from(ahead), |nth| (open[(nth % count) as usize], next + (nth / count) as u32))?;
+        crew.round(done, count * u64::from(ahead), |nth| (open[(nth % count) as usize].0, next + (nth / count) as u32))?;
         next += ahead;
-        open.retain(|point| {
-            let known = (0..next).map_while(|replicate| done.get(&crew.cases.replicate(*point, replicate).hash).copied());
-            enough(rule, known).is_none()
+        open.retain_mut(|(point, so_far)| {
+            while so_far.count < next {
+                match done.get(&crew.cases.replicate(*point, so_far.count).hash) {
+                    Some(passed) if so_far.is_enough_with(rule, *passed) => return false,
+                    Some(_) => {}
+                    // Broken off.
+                    None => break,
+                }
+            }
+            true
         });
     }
     Ok(())

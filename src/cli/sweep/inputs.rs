@@ -83,7 +83,7 @@ fn possible(plan: &Plan, about: &str, quiet: bool) -> Result<(), Problem> {
     }
     let Some((settings, wrong)) = impossible.first() else { return Ok(()) };
     let (count, told) = (impossible.len(), in_a_line(wrong));
-    if count as u64 == looked_at {
+    if count as u64 == plan.points {
         let message = format!("no point of this sweep is a possible scenario; the first, {settings}: {told}");
         return Err(Problem::new(Problem::WRONG_INPUT, message)
             .about(about)

@@ -26,7 +26,7 @@ use crate::cli::{INTERRUPTED, destination, interrupt};
 pub(super) fn whole(args: &WholeArgs) -> Result<u8, Problem> {
     let engine = Engine::of(&args.engine)?;
     let Planned { plan, rendering, changed } = inputs::planned(&args.file, args.saying.quiet)?;
-    let name = folder_name(&plan.sweep.name, changed, plan.sweep.seed, &format!("{:?}", plan.sweep));
+    let name = folder_name(&plan.sweep.name, changed, plan.sweep.seed, &plan.identity());
     let out = if engine.is_some() { engine::from_anywhere(&args.out)? } else { args.out.clone() };
     let place = format!("{}/{name}", out.trim_end_matches('/'));
     let store = write_plan(&plan, &place, &args.file, "--out")?;
@@ -129,6 +129,10 @@ pub(super) fn merge(args: &MergeArgs) -> Result<u8, Problem> {
 
 /// Puts a plan in its place.
 fn write_plan(plan: &Plan, place: &str, args: &FileArgs, option: &str) -> Result<Store, Problem> {
+    if place.is_empty() {
+        let empty = Problem::new(Problem::WRONG_INPUT, "this is no folder: it is empty");
+        return Err(empty.about(option).help("name a folder, as in `--out out/s`"));
+    }
     if !place.contains("://") {
         destination::folder(option, place.as_ref())?;
         foreign(place)?;

@@ -39,9 +39,12 @@ pub(super) fn conclude(plan: &Plan, store: &Store, table: &Table, saying: Saying
     }
     if !saying.quiet {
         let mut text = shown(sweep, table);
-        for row in figures::worst(sweep, table, WORST).iter().filter(|row| !row.outcome.passed()) {
+        for row in figures::worst(table, WORST).iter().filter(|row| !row.outcome.passed()) {
             let why = row.outcome.error.as_deref().unwrap_or(&row.outcome.reasons);
             text += &format!("\n{}: {why}\n  {}", row.outcome.verdict.word(), repeat::command(sweep, &row.case, &plan.renderer));
+        }
+        if table.missing > 0 {
+            text += &format!("\nINCOMPLETE {} cases are missing", table.missing);
         }
         for reason in summary["reasons"].as_array().into_iter().flatten().filter_map(Value::as_str) {
             text += &format!("\nFAIL {reason}");
@@ -49,7 +52,8 @@ pub(super) fn conclude(plan: &Plan, store: &Store, table: &Table, saying: Saying
         text += &format!("\n{}/report.html", store.place());
         if saying.json { note(&text) } else { print(&text)? }
     }
-    let passed = summary["verdict"] != "fail";
+    // What is not whole has not passed.
+    let passed = summary["verdict"] == "pass";
     Ok(if passed { Verdict::Pass } else { Verdict::Fail }.exit_code())
 }
 

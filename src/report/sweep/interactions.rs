@@ -28,8 +28,9 @@ pub(super) fn plots(plan: &Plan, table: &Table, metrics: &[Shown]) -> Vec<(Strin
                 continue;
             }
             let file = |what: &str| format!("{what}-over-{}-by-{}", factor.path, name).replace(['.', '[', ']'], "-");
-            let plot = |y_label: &str, value: &dyn Fn(&Group) -> Option<f64>| over(&lines, &x_label, y_label, value);
-            plots.extend(plot("passed / %", &|group| group.pass_rate().map(|rate| 100.0 * rate)).map(|p| (file("pass-rate"), p)));
+            let plot = |y_label: &str, value: &dyn Fn(&Group) -> Option<f64>| over(&lines, &x_label, y_label, None, value);
+            let rate = |group: &Group| group.pass_rate().map(|rate| 100.0 * rate);
+            plots.extend(over(&lines, &x_label, "passed / %", Some(100.0), &rate).map(|p| (file("pass-rate"), p)));
             for metric in metrics.iter().take(2) {
                 let median = |group: &Group| group.metrics[metric.index].map(|spread| spread.median * metric.scale);
                 plots.extend(plot(&format!("{}, median", metric.title), &median).map(|p| (file(metric.name), p)));
@@ -83,12 +84,12 @@ fn lines(plan: &Plan, table: &Table, index: usize, word: Word) -> Lines {
     names.iter().map(of).collect()
 }
 
-/// A plot of a value over the factor; `None` where no group has it.
-fn over(lines: &Lines, x_label: &str, y_label: &str, value: &dyn Fn(&Group) -> Option<f64>) -> Option<Plot> {
+/// A plot of a value over the factor, up to `most` or the greatest; `None` where no group has it.
+fn over(lines: &Lines, x_label: &str, y_label: &str, most: Option<f64>, value: &dyn Fn(&Group) -> Option<f64>) -> Option<Plot> {
     let all = || lines.iter().flat_map(|(_, groups)| groups);
     let (first, last) =
         (all().map(|(x, _)| *x).fold(f64::INFINITY, f64::min), all().map(|(x, _)| *x).fold(f64::NEG_INFINITY, f64::max));
-    let most = all().filter_map(|(_, group)| value(group)).fold(0.0, f64::max);
+    let most = most.unwrap_or_else(|| 1.05 * all().filter_map(|(_, group)| value(group)).fold(0.0, f64::max));
     if first >= last || most <= 0.0 {
         return None;
     }
@@ -101,7 +102,7 @@ fn over(lines: &Lines, x_label: &str, y_label: &str, value: &dyn Fn(&Group) -> O
         x_label: x_label.into(),
         y_label: y_label.into(),
         x: [first - margin, last + margin],
-        y: [0.0, 1.05 * most],
+        y: [0.0, most],
         height: 260.0,
         bands: Vec::new(),
         levels: Vec::new(),

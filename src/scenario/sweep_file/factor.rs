@@ -97,10 +97,10 @@ impl Factor {
                 let index = (share * levels.len() as f64) as usize;
                 levels[index.min(levels.len() - 1)].clone()
             }
-            Levels::Range { from, to, whole: true, .. } => {
-                // Each whole number has the same share.
-                let value = (from + share * (to - from + 1.0)).floor();
-                Level::Integer(value.min(*to) as i64)
+            Levels::Range { from, to, log, whole: true } => {
+                // Up to one beyond the last: each whole number has the share of what lies between it and the next.
+                let value = between(*from, to + 1.0, *log, share).floor();
+                Level::Integer(value.clamp(*from, *to) as i64)
             }
             Levels::Range { from, to, log, whole: false } => Level::Number(between(*from, *to, *log, share)),
             Levels::Normal { mean, deviation, within: [least, most] } => {
@@ -174,6 +174,15 @@ mod tests {
             counts[face as usize - 1] += 1;
         }
         assert_eq!(counts, [100; 6]);
+    }
+
+    #[test]
+    fn whole_numbers_of_a_logarithmic_range_are_spread_over_the_logarithm() {
+        let sizes = factor(Levels::Range { from: 16.0, to: 4000.0, log: true, whole: true });
+        let below =
+            (0..1000).filter(|i| sizes.at((f64::from(*i) + 0.5) / 1000.0).number().is_some_and(|size| size < 253.0)).count();
+        assert!((490..=510).contains(&below), "{below} of 1000 below the geometric mean");
+        assert_eq!((sizes.at(0.0), sizes.at(0.999_999_9)), (Level::Integer(16), Level::Integer(4000)));
     }
 
     #[test]

@@ -66,9 +66,9 @@ impl Reader<'_> {
         let before = self.findings.len();
         let levels = match &entry.node.value {
             Value::List(list) if !list.is_empty() => {
-                let levels = list.iter().map(|node| self.level(field, path, node)).collect();
+                let levels: Vec<Level> = list.iter().map(|node| self.level(field, path, node)).collect();
                 if self.findings.len() == before {
-                    self.told_apart(path, list);
+                    self.told_apart(path, list, &levels);
                 }
                 Levels::List(levels)
             }
@@ -82,9 +82,9 @@ impl Reader<'_> {
     }
 
     /// Says which value stands twice in a list.
-    fn told_apart(&mut self, path: &str, list: &[Node]) {
+    fn told_apart(&mut self, path: &str, list: &[Node], levels: &[Level]) {
         for (index, node) in list.iter().enumerate() {
-            if list[..index].iter().any(|other| settings::toml(other) == settings::toml(node)) {
+            if levels[..index].contains(&levels[index]) {
                 self.wrong(node.span, format!("`{path}` has this value twice"), "keep one; `replicates` repeats a point");
             }
         }
@@ -201,7 +201,9 @@ impl Reader<'_> {
         }
         let (mean, deviation) = (mean?, deviation?);
         let [least, most] = [within[0].unwrap_or(bounds[0]), within[1].unwrap_or(bounds[1])];
-        if !(least..=most).contains(&mean) || least >= most {
+        if least >= most {
+            self.wrong(entry.node.span, format!("`{path}`: `least` is not below `most`"), FACTOR_HELP);
+        } else if !(least..=most).contains(&mean) {
             self.wrong(entry.node.span, format!("the mean of `{path}` lies beyond `least` and `most`"), FACTOR_HELP);
         }
         Some(Levels::Normal { mean, deviation, within: [least, most] })

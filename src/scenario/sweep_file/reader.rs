@@ -75,7 +75,7 @@ impl<'a> Reader<'a> {
         let sweep = SweepFile {
             name: self.name(),
             about: self.text("about"),
-            seed: self.integer("seed", [0, i64::MAX / 2], 1).unsigned_abs(),
+            seed: self.integer("seed", [0, i64::MAX], 1).unsigned_abs(),
             bases: Vec::new(),
             settings: self.settings(&factors),
             design,
@@ -187,6 +187,20 @@ impl<'a> Reader<'a> {
         number
     }
 
+    /// A whole number within bounds, if there is one.
+    fn count(&mut self, table: &Table, key: &str, [least, most]: [i64; 2]) -> Option<u64> {
+        let node = table.get(key)?;
+        let count = node.as_integer().filter(|count| (least..=most).contains(count));
+        if count.is_none() {
+            self.wrong(
+                node.span,
+                format!("`{key}` is a whole number from {least} to {most}"),
+                format!("as in `{key} = {least}`"),
+            );
+        }
+        count.map(i64::unsigned_abs)
+    }
+
     fn bases(&mut self) -> Vec<(String, Span)> {
         const HELP: &str = "as in `base = \"../straight.toml\"`, from this file's folder, or an array of several";
         let Some(node) = self.root.get("base") else {
@@ -295,11 +309,14 @@ impl<'a> Reader<'a> {
             self.unknown(inner, "in [stop]", &KEYS);
         }
         let half_width = self.number(table, "pass_rate_half_width", [1e-3, 0.5]);
-        let least = self.number(table, "least_replicates", [1.0, MOST_REPLICATES as f64]);
+        let least = self.count(table, "least_replicates", [1, MOST_REPLICATES]);
         if table.get("pass_rate_half_width").is_none() {
             self.wrong(entry.key_span, "`[stop]` has no `pass_rate_half_width`", "as in `pass_rate_half_width = 0.1`");
         }
-        Some(StopRule { pass_rate_half_width: half_width?, least_replicates: least.map_or(1, |least| least as u32) })
+        Some(StopRule {
+            pass_rate_half_width: half_width?,
+            least_replicates: least.and_then(|least| u32::try_from(least).ok()).unwrap_or(1),
+        })
     }
 
     fn pass(&mut self) -> SweepPass {
@@ -316,12 +333,11 @@ impl<'a> Reader<'a> {
                 false => self.unknown(inner, "in [pass]", &KEYS),
             }
         }
-        let count = |reader: &mut Self, key: &str| reader.number(table, key, [0.0, 1e15]).map(|count| count as u64);
         SweepPass {
             pass_rate_min: self.number(table, "pass_rate_min", [0.0, 1.0]),
             point_pass_rate_min: self.number(table, "point_pass_rate_min", [0.0, 1.0]),
-            errors: count(self, "errors"),
-            timeouts: count(self, "timeouts"),
+            errors: self.count(table, "errors", [0, MOST_SAMPLES * MOST_REPLICATES]),
+            timeouts: self.count(table, "timeouts", [0, MOST_SAMPLES * MOST_REPLICATES]),
         }
     }
 

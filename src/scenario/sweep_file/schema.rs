@@ -13,7 +13,7 @@ use crate::scenario::schema as scenario;
 /// and values at paths with an index are beyond it.
 pub fn schema() -> Value {
     let share = |about: &str| json!({ "type": "number", "minimum": 0, "maximum": 1, "description": about });
-    let count = |about: &str| json!({ "type": "number", "minimum": 0, "description": about });
+    let count = |about: &str| json!({ "type": "integer", "minimum": 0, "description": about });
     let whole = |least: i64, most: i64, about: &str| json!({ "type": "integer", "minimum": least, "maximum": most, "description": about });
     let table = |about: &str, properties: Value| json!({ "type": "object", "description": about, "properties": properties, "additionalProperties": false });
     let path = json!({ "type": "string" });
@@ -24,7 +24,7 @@ pub fn schema() -> Value {
         "kind": { "const": "sweep", "description": "What this file is." },
         "name": { "type": "string", "pattern": "^[A-Za-z0-9_-]{1,64}$", "description": "Its name, and its folder's." },
         "about": { "type": "string", "description": "What it is for, in one sentence." },
-        "seed": whole(0, i64::MAX / 2, "Seed of the design, and of the first replicate."),
+        "seed": whole(0, i64::MAX, "Seed of the design, and of the first replicate."),
         "base": {
             "oneOf": [path, { "type": "array", "items": path, "minItems": 1 }],
             "description": "The scenario files that are varied, from this file's folder.",
@@ -48,7 +48,7 @@ pub fn schema() -> Value {
                 "type": "number", "minimum": 1e-3, "maximum": 0.5,
                 "description": "Half the 95 % interval of the pass rate that is enough.",
             },
-            "least_replicates": { "type": "number", "minimum": 1, "maximum": MOST_REPLICATES, "description": "Replicates of every point." },
+            "least_replicates": { "type": "integer", "minimum": 1, "maximum": MOST_REPLICATES, "description": "Replicates of every point." },
         })),
         "pass": table("What the sweep as a whole must come to.", json!({
             "pass_rate_min": share("Least share of cases that pass."),
