@@ -67,12 +67,17 @@ pub fn read(store: &Store, mut take: impl FnMut(Outcome)) -> Result<Vec<Damaged>
     }
 }
 
-/// Takes damaged parts away, so that their cases are done again.
+/// Takes damaged parts away, so that their cases are done again: those that are still damaged, as another worker may have been faster.
 ///
 /// # Errors
 /// Where one cannot be taken away.
 pub fn discard(store: &Store, damaged: &[Damaged]) -> Result<(), StoreError> {
-    damaged.iter().try_for_each(|part| store.delete(&part.name))
+    for Damaged { name, .. } in damaged {
+        if store.get(name)?.is_some_and(|bytes| part::read(bytes).is_err()) {
+            store.delete(name)?;
+        }
+    }
+    Ok(())
 }
 
 /// Writes outcomes as they come.
@@ -122,7 +127,10 @@ impl<'a> Writer<'a> {
         let singles = std::mem::take(&mut self.singles);
         let hashes: Vec<u8> = singles.iter().flat_map(|outcome| outcome.hash.to_le_bytes()).collect();
         let name = format!("{FOLDER}/pack-{}-{:016x}.parquet", singles.len(), xxh3_64(&hashes));
-        self.store.create(&name, part::write(&singles)?)?;
+        // One of this name is somebody else's, or was damaged: what has a part of its own keeps it.
+        if !self.store.create(&name, part::write(&singles)?)? {
+            return Ok(());
+        }
         singles.iter().try_for_each(|outcome| self.store.delete(&name_of(outcome.hash)))?;
         Ok(())
     }
