@@ -1,16 +1,13 @@
 //! What came of a case.
 
-use serde::Serialize;
-
 use super::case::CaseHash;
 use crate::metrics::{Metrics, Verdict};
 use crate::scenario::Measured;
 
 /// A case's result. All but the last two fields follow from the case alone.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     /// The case.
-    #[serde(serialize_with = "hex")]
     pub hash: CaseHash,
     /// Its verdict.
     pub verdict: Verdict,
@@ -28,10 +25,6 @@ pub struct Outcome {
     pub wall_time_s: f64,
     /// Machine that it ran on.
     pub host: String,
-}
-
-fn hex<S: serde::Serializer>(hash: &CaseHash, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_str(&format_args!("{hash:032x}"))
 }
 
 impl Outcome {
