@@ -170,7 +170,7 @@ fn levels(sweep: &SweepFile, table: &Table, index: usize, factor: &Factor) -> Ve
 }
 
 /// Rows by the value of a factor whose values are numbers, in their order: a group a value, or where there are more than
-/// [`MOST_LEVELS`] of them, bins with as many cases each.
+/// 32 of them, bins with as many cases each.
 pub fn over_factor(sweep: &SweepFile, rows: &[&Row], index: usize) -> Vec<(f64, Group)> {
     let value = |row: &Row| row.case.at.values[index].as_ref().and_then(|level| level.number());
     let mut rows: Vec<(f64, &Row)> = rows.iter().filter_map(|row| Some((value(row)?, *row))).collect();
