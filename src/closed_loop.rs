@@ -110,7 +110,7 @@ pub fn run_with(
     ClosedLoop::new(scenario, pilot, renderer, pace, Some(scene))?.finish(watch)
 }
 
-/// The same on one thread and without scores of the stages of perception, which no metric needs and which take a fifth of the time.
+/// The same on one thread and without scores of the stages of perception, which no metric needs.
 ///
 /// # Errors
 /// As [`run_with`].

@@ -4,7 +4,7 @@ use super::case::CaseHash;
 use crate::metrics::{Metrics, Verdict};
 use crate::scenario::Measured;
 
-/// A case's result. All but the last two fields follow from the case alone.
+/// A case's result. All but the last two fields follow from the case alone, unless its wall-clock limit was reached.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     /// The case.
