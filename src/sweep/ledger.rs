@@ -12,7 +12,7 @@ use super::store::{Store, StoreError};
 /// Folder of the parts.
 const FOLDER: &str = "parts";
 /// Cases that a worker packs into one part.
-const PACK: usize = 64;
+pub const PACK: usize = 64;
 
 /// A part that could not be read.
 #[derive(Debug)]
@@ -80,6 +80,16 @@ pub fn discard(store: &Store, damaged: &[Damaged]) -> Result<(), StoreError> {
     Ok(())
 }
 
+/// Writes many outcomes as one part, unless there is one of the same; whether it did.
+///
+/// # Errors
+/// Where it cannot be written.
+pub fn pack(store: &Store, outcomes: &[Outcome]) -> Result<bool, WriteError> {
+    let hashes: Vec<u8> = outcomes.iter().flat_map(|outcome| outcome.hash.to_le_bytes()).collect();
+    let name = format!("{FOLDER}/pack-{}-{:016x}.parquet", outcomes.len(), xxh3_64(&hashes));
+    Ok(store.create(&name, part::write(outcomes)?)?)
+}
+
 /// Writes outcomes as they come.
 #[derive(Debug)]
 pub struct Writer<'a> {
@@ -125,10 +135,8 @@ impl<'a> Writer<'a> {
             return Ok(());
         }
         let singles = std::mem::take(&mut self.singles);
-        let hashes: Vec<u8> = singles.iter().flat_map(|outcome| outcome.hash.to_le_bytes()).collect();
-        let name = format!("{FOLDER}/pack-{}-{:016x}.parquet", singles.len(), xxh3_64(&hashes));
         // One of this name is somebody else's, or was damaged: what has a part of its own keeps it.
-        if !self.store.create(&name, part::write(&singles)?)? {
+        if !pack(self.store, &singles)? {
             return Ok(());
         }
         singles.iter().try_for_each(|outcome| self.store.delete(&name_of(outcome.hash)))?;

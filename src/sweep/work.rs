@@ -1,9 +1,9 @@
 //! Does what is not done yet, on all cores. Each case has a thread to itself.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, mpsc};
+use std::sync::{Mutex, MutexGuard, mpsc};
 
 use super::case::{CaseHash, Cases};
 use super::ledger::{self, Damaged, WriteError, Writer};
@@ -118,7 +118,7 @@ pub fn work(
     }
     let mut writer = crew.writer.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
     writer.pack()?;
-    let tally = *tally.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let tally = *lock(&tally);
     Ok(tally)
 }
 
@@ -159,6 +159,17 @@ struct Crew<'a> {
     broken_off: AtomicBool,
 }
 
+/// What the threads of a round have taken.
+#[derive(Default)]
+struct Claimed {
+    /// Number of the next case.
+    next: AtomicU64,
+    /// Cases that somebody runs or has run.
+    hashes: Mutex<BTreeSet<CaseHash>>,
+    /// Cases that came again: equal points share a result.
+    again: Mutex<Vec<CaseHash>>,
+}
+
 impl Crew<'_> {
     /// Does `count` cases, of which `which` says point and replicate, and notes them as done.
     fn round(
@@ -167,9 +178,9 @@ impl Crew<'_> {
         count: u64,
         which: impl Fn(u64) -> (u64, u32) + Sync,
     ) -> Result<(), WorkError> {
-        let next = AtomicU64::new(0);
+        let claimed = Claimed::default();
         let known = &*done;
-        let (which, next) = (&which, &next);
+        let (which, claimed) = (&which, &claimed);
         let threads = (self.means.threads.max(1) as u64).min(count);
         // Disks take their time to flush: one thread writes while the others simulate, a few outcomes behind at most.
         let (sender, receiver) = mpsc::sync_channel(2 * threads as usize);
@@ -178,7 +189,7 @@ impl Crew<'_> {
             let crew: Vec<_> = (0..threads)
                 .map(|_| {
                     let sender = sender.clone();
-                    scope.spawn(move || self.hand(known, next, count, which, &sender))
+                    scope.spawn(move || self.hand(known, claimed, count, which, &sender))
                 })
                 .collect();
             drop(sender);
@@ -189,12 +200,18 @@ impl Crew<'_> {
         for result in results {
             done.extend(result?);
         }
+        for hash in lock(&claimed.again).iter() {
+            // Those whose first claim was broken off stay undone.
+            if let Some(passed) = done.get(hash) {
+                self.tell(*passed, true);
+            }
+        }
         Ok(())
     }
 
     /// Writes outcomes as they come, and counts them.
     fn write(&self, outcomes: mpsc::Receiver<Outcome>) -> Result<(), WorkError> {
-        let mut writer = self.writer.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let mut writer = lock(&self.writer);
         for outcome in outcomes {
             let passed = outcome.passed();
             writer.put(outcome).inspect_err(|_| self.broken_off.store(true, Ordering::Relaxed))?;
@@ -207,14 +224,14 @@ impl Crew<'_> {
     fn hand(
         &self,
         known: &BTreeMap<CaseHash, bool>,
-        next: &AtomicU64,
+        claimed: &Claimed,
         count: u64,
         which: &(impl Fn(u64) -> (u64, u32) + Sync),
         outcomes: &mpsc::SyncSender<Outcome>,
     ) -> Result<Vec<(CaseHash, bool)>, WorkError> {
         let mut finished = Vec::new();
         while !self.broken_off.load(Ordering::Relaxed) {
-            let nth = next.fetch_add(1, Ordering::Relaxed);
+            let nth = claimed.next.fetch_add(1, Ordering::Relaxed);
             if nth >= count {
                 break;
             }
@@ -222,6 +239,11 @@ impl Crew<'_> {
             let case = self.cases.replicate(point, replicate);
             if let Some(passed) = known.get(&case.hash) {
                 self.tell(*passed, true);
+                continue;
+            }
+            // A design may draw a point twice.
+            if !lock(&claimed.hashes).insert(case.hash) {
+                lock(&claimed.again).push(case.hash);
                 continue;
             }
             let Means { plan, engine, host, .. } = self.means;
@@ -246,7 +268,7 @@ impl Crew<'_> {
     /// Counts a case.
     fn tell(&self, passed: bool, found: bool) {
         let tally = {
-            let mut tally = self.tally.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+            let mut tally = lock(&self.tally);
             tally.done += 1;
             tally.found += u64::from(found);
             tally.failed += u64::from(!passed);
@@ -264,6 +286,10 @@ impl Crew<'_> {
         }
         ControlFlow::Continue(())
     }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
 fn joined<T>(thread: std::thread::ScopedJoinHandle<'_, T>) -> T {
