@@ -11,6 +11,7 @@ use ductloop_nav::control::lqr::Lqr;
 use ductloop_nav::control::pure_pursuit::PurePursuit;
 use ductloop_nav::control::samson::Samson;
 use ductloop_nav::control::stanley::Stanley;
+use ductloop_nav::course::CourseParams;
 use ductloop_nav::estimation::Estimator;
 use ductloop_nav::exposure::{AutoExposure, ExposureParams};
 use ductloop_nav::messages::Frame;
@@ -175,5 +176,13 @@ fn navigator_params(scenario: &Scenario) -> NavigatorParams {
         frozen_frames: Some(u64::from(scenario.navigation.frozen_frames))
             .filter(|frames| *frames > 0 && scenario.optics.noise && scenario.perception.pipeline != Pipeline::Truth),
         mount: scenario.rig.mount.rest,
+        limits: limits(scenario),
+        course: course_params(scenario),
+        duct_width_m: scenario.navigation.width_m,
     }
+}
+
+fn course_params(scenario: &Scenario) -> CourseParams {
+    let camera = scenario.rig.mount.position_in_base_m;
+    CourseParams { speed_m_s: scenario.speed_m_s, camera_m: [camera.x, camera.y], ..CourseParams::default() }
 }

@@ -21,9 +21,11 @@
 //! Mathematics only: no clock, no files, no threads, no randomness. Time is an argument.
 #![forbid(unsafe_code)]
 
+pub mod ahead;
 pub mod angle;
 pub mod calibration;
 pub mod control;
+pub mod course;
 pub mod estimation;
 pub mod exposure;
 pub mod frozen;

@@ -3,7 +3,10 @@
 //! A frame's command takes effect one frame period after its exposure. So the errors at the exposure, as walls and encoders together
 //! have them ([`crate::estimation`]), are advanced to that time by the commanded wheel speeds and their lag.
 
-use crate::control::{ControlLaw, PathState};
+use crate::ahead::{self, DuctPlace, Outlook, Stretch};
+use crate::control::limits::Limits;
+use crate::control::{ControlLaw, PathState, Twist};
+use crate::course::{Course, CourseParams, End};
 use crate::estimation::localiser::{Localiser, Sight};
 use crate::estimation::{Estimate, Estimator};
 use crate::exposure::AutoExposure;
@@ -58,8 +61,27 @@ pub enum Reason {
     FrozenCamera,
     /// Nothing that could be believed was seen for longer than the navigator may coast.
     CoastedTooLong,
+    /// Its route ends here.
+    RouteEnds,
+    /// The duct ends, and the route does not say that it is to turn back.
+    DeadEnd,
+    /// How the duct goes on cannot be told.
+    NoWayKnown,
+    /// The way that the route names is not there.
+    NoSuchWay,
     /// The wheels turn the robot the other way than they are told: left and right are exchanged.
     WheelsSwapped,
+}
+
+impl Reason {
+    fn of_end(end: End) -> Self {
+        match end {
+            End::Route => Self::RouteEnds,
+            End::DeadEnd => Self::DeadEnd,
+            End::Unknown => Self::NoWayKnown,
+            End::NoSuchWay => Self::NoSuchWay,
+        }
+    }
 }
 
 /// What a navigator made of a frame.
@@ -75,10 +97,12 @@ pub struct Report<'a> {
     pub measurement: Measurement,
     /// What the stages of its perception made of it.
     pub stages: Stages<'a>,
+    /// What it sees of the duct ahead.
+    pub outlook: Option<Outlook>,
 }
 
 /// Parameters of [`DuctNavigator`].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct NavigatorParams {
     /// Physics ticks in a second.
     pub ticks_per_s: f64,
@@ -92,6 +116,12 @@ pub struct NavigatorParams {
     pub frozen_frames: Option<u64>,
     /// Where the mount is to point.
     pub mount: MountAngles,
+    /// Limits of manoeuvres.
+    pub limits: Limits,
+    /// Which way to take, and how.
+    pub course: CourseParams,
+    /// Width of the duct as it is told, in metres: where no filter estimates it.
+    pub duct_width_m: f64,
 }
 
 /// Follows the middle of a duct by what a perception sees and a control law demands.
@@ -102,12 +132,14 @@ pub struct DuctNavigator<P, L> {
     law: L,
     auto_exposure: Option<AutoExposure>,
     localiser: Localiser,
+    course: Course,
     /// Whether the left and the right wall were ever seen.
     walls_known: [bool; 2],
-    travelled_m: f64,
     last: Option<(Counts, Tick)>,
     /// The command that takes effect at the exposure of the frame being read.
     commanded: Sides,
+    /// The motion that it stands for.
+    twist: Twist,
     /// The one before, under which the wheels have turned since the frame before.
     obeyed: Sides,
     exchange: SwappedWheels,
@@ -123,15 +155,16 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
     /// At rest, in the middle of the duct until a frame says otherwise.
     pub fn new(params: NavigatorParams, perception: P, law: L) -> Self {
         Self {
+            course: Course::new(params.course.clone()),
             params,
             perception,
             law,
             auto_exposure: None,
             localiser: Localiser::last_seen(),
             walls_known: [false; 2],
-            travelled_m: 0.0,
             last: None,
             commanded: Sides::default(),
+            twist: Twist::default(),
             obeyed: Sides::default(),
             exchange: SwappedWheels::default(),
             measurement: Measurement::default(),
@@ -174,7 +207,7 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
         let wheels = self.params.drive.wheel_speeds(before, counts, period_s);
         self.exchange.look(self.obeyed, wheels);
         let travel = self.params.drive.travel(wheels, period_s);
-        self.travelled_m += self.localiser.advance(travel, self.params.drive.effective_track_m, tick);
+        self.course.advance(self.localiser.advance(travel, self.params.drive.effective_track_m, tick));
         (wheels, period_s)
     }
 
@@ -188,13 +221,42 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
         let repeated = self.camera.look(frame);
         self.is_frozen = self.params.frozen_frames.is_some_and(|most| repeated >= most);
         self.measurement = if self.is_frozen { Measurement::default() } else { self.perception.perceive(frame, mount) };
-        let sight = self.localiser.look(&self.measurement, tick);
-        if sight == Sight::Used {
+        let believed = self.course.believes(self.localiser.place().1);
+        let sight = match self.course.straight() {
+            _ if !believed => Sight::None,
+            Some(stretch) if !self.is_frozen => self.look_beside(&stretch, tick),
+            _ => self.localiser.look(&self.measurement, tick, self.course.is_near_bend()),
+        };
+        self.look_ahead();
+        // In a bend walls are lost and found again: that it may go by its wheels there, its way bounds.
+        if sight == Sight::Used || self.course.goes_by_wheels() {
             self.unseen_since = None;
             return (sight, 0.0);
         }
         let since = *self.unseen_since.get_or_insert(tick);
         (sight, tick.saturating_sub(since) as f64 / self.params.ticks_per_s)
+    }
+
+    /// Takes in the walls beside the robot, where they are straight.
+    fn look_beside(&mut self, stretch: &Stretch, tick: Tick) -> Sight {
+        let walls = ahead::side_walls(self.perception.stages().ranges, &self.place(), stretch);
+        walls.map_or(Sight::None, |walls| self.localiser.look_at(&walls, tick, true))
+    }
+
+    /// Where the robot is believed to be in its duct.
+    fn place(&self) -> DuctPlace {
+        let (lateral_m, heading_rad) = self.localiser.place();
+        let width_m = self.localiser.estimate().map_or(self.params.duct_width_m, |estimate| estimate.width_m);
+        DuctPlace { along_m: self.course.along_m(), lateral_m, heading_rad, width_m }
+    }
+
+    /// Looks for what the duct becomes, and changes over to the next duct in the middle of a bend.
+    fn look_ahead(&mut self) {
+        let place = self.place();
+        let ranges = if self.is_frozen { &[] } else { self.perception.stages().ranges };
+        if let Some(entered) = self.course.look(&place, ranges) {
+            self.localiser.enter(entered.lateral_m, entered.heading_rad, entered.width_m);
+        }
     }
 
     /// How sure it is of its place, and why no surer. Stopped or not is decided already: it goes on.
@@ -219,14 +281,29 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
         let (drive, frame_s) = (&self.params.drive, self.frame_s());
         let meanwhile = drive.travel(drive.approach(wheels, self.commanded, frame_s), frame_s);
         let (lateral_m, heading_rad, along) = self.localiser.foresee(meanwhile, drive.effective_track_m);
-        let (travelled_m, measured) = (self.travelled_m + along, drive.twist(wheels));
-        PathState { lateral_m, heading_rad, curvature_1_m: 0.0, travelled_m, measured, period_s }
+        let here = self.course.path(along, lateral_m, heading_rad);
+        PathState {
+            lateral_m: here.on_path.lateral_m,
+            heading_rad: here.on_path.heading_rad,
+            curvature_1_m: here.on_path.curvature_1_m,
+            slowing: here.slowing,
+            travelled_m: here.travelled_m,
+            measured: drive.twist(wheels),
+            period_s,
+        }
+    }
+
+    /// Moves as a manoeuvre asks, within what the wheels can do; the law begins anew after it.
+    fn manoeuvre(&mut self, wanted: Twist, period_s: f64) -> Twist {
+        self.law.reset(self.course.path(0.0, 0.0, 0.0).travelled_m);
+        self.params.limits.approach(self.twist, wanted, period_s)
     }
 
     /// Stands, for this reason.
     fn stand(&mut self, reason: Reason) -> Command {
         self.reason = Some(reason);
-        self.law.reset(self.travelled_m);
+        self.twist = Twist::default();
+        self.law.reset(self.course.path(0.0, 0.0, 0.0).travelled_m);
         (self.obeyed, self.commanded) = (self.commanded, Sides::default());
         Command::stop(self.params.mount)
     }
@@ -253,7 +330,17 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
             return self.stand(if self.is_frozen { Reason::FrozenCamera } else { Reason::CoastedTooLong });
         }
         (self.state, self.reason) = self.judge(sight);
-        let twist = self.law.twist(&self.at_actuation(wheels, period_s));
+        if let Some(end) = self.course.end()
+            && self.twist == Twist::default()
+        {
+            self.state = State::Stopped;
+            return self.stand(Reason::of_end(end));
+        }
+        let twist = match self.course.manoeuvre(self.localiser.place().1) {
+            Some(wanted) => self.manoeuvre(wanted, period_s),
+            None => self.law.twist(&self.at_actuation(wheels, period_s)),
+        };
+        self.twist = twist;
         let told_m = self.params.drive.effective_track_m;
         let drive = DriveModel { effective_track_m: self.localiser.effective_track_m(told_m), ..self.params.drive };
         (self.obeyed, self.commanded) = (self.commanded, drive.wheels(twist));
@@ -277,6 +364,7 @@ impl<P: Perception, L: ControlLaw> Navigator for DuctNavigator<P, L> {
             reason: self.reason,
             estimate: self.localiser.estimate(),
             measurement: self.measurement,
+            outlook: Some(*self.course.outlook()),
             stages: if self.is_frozen { Stages::default() } else { self.perception.stages() },
         }
     }

@@ -27,7 +27,7 @@ pub(crate) struct Perceived {
 impl Perceived {
     /// Of a pipeline.
     pub(crate) fn of_stages(stages: Stages<'_>, measured: Measurement, perceive_ms: Option<f64>) -> Self {
-        let Stages { centres, lines, planes } = stages;
+        let Stages { centres, lines, planes, .. } = stages;
         Self {
             centres: centres.into(),
             lines: lines.into(),

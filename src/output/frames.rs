@@ -46,6 +46,10 @@ pub fn reason_word(reason: Reason) -> &'static str {
         Reason::NoWall => "no-wall",
         Reason::FrozenCamera => "frozen-camera",
         Reason::CoastedTooLong => "coasted-too-long",
+        Reason::RouteEnds => "route-ends",
+        Reason::DeadEnd => "dead-end",
+        Reason::NoWayKnown => "no-way-known",
+        Reason::NoSuchWay => "no-such-way",
         Reason::WheelsSwapped => "wheels-swapped",
     }
 }
@@ -60,6 +64,10 @@ pub fn reason_about(reason: Reason) -> &'static str {
         Reason::NoWall => "no wall is seen",
         Reason::FrozenCamera => "the camera gives the same frame again and again",
         Reason::CoastedTooLong => "nothing was seen for too long",
+        Reason::RouteEnds => "the route ends here",
+        Reason::DeadEnd => "the duct ends, and the route does not say to turn back",
+        Reason::NoWayKnown => "how the duct goes on cannot be told",
+        Reason::NoSuchWay => "the way that the route names is not there",
         Reason::WheelsSwapped => "the wheels turn the other way than they are told",
     }
 }

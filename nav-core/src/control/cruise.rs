@@ -1,6 +1,6 @@
 //! One speed held and a yaw rate chosen, within the limits: what the laws without a moving target have in common.
 
-use super::Twist;
+use super::{PathState, Twist};
 use super::limits::Limits;
 
 /// The speed to hold, the limits, and the motion that was last commanded.
@@ -17,10 +17,10 @@ impl Cruise {
         Self { speed_m_s: limits.speed(speed_m_s), limits, commanded: Twist::default() }
     }
 
-    /// What to command next, if this yaw rate is wanted.
-    pub(super) fn steer(&mut self, yaw_rate_rad_s: f64, period_s: f64) -> Twist {
-        let wanted = Twist { speed_m_s: self.speed_m_s, yaw_rate_rad_s };
-        self.commanded = self.limits.approach(self.commanded, wanted, period_s);
+    /// What to command next, if this yaw rate is wanted there.
+    pub(super) fn steer(&mut self, yaw_rate_rad_s: f64, state: &PathState) -> Twist {
+        let wanted = Twist { speed_m_s: self.speed_m_s * (1.0 - state.slowing), yaw_rate_rad_s };
+        self.commanded = self.limits.approach(self.commanded, wanted, state.period_s);
         self.commanded
     }
 

@@ -59,7 +59,7 @@ impl Kanayama {
 
 impl ControlLaw for Kanayama {
     fn twist(&mut self, state: &PathState) -> Twist {
-        self.target.advance(self.speed_m_s, &self.limits, state.period_s);
+        self.target.advance(self.speed_m_s * (1.0 - state.slowing), &self.limits, state.period_s);
         let reference = Twist { speed_m_s: self.target.speed_m_s, yaw_rate_rad_s: self.target.speed_m_s * state.curvature_1_m };
         let (ahead, left) = (self.target.travelled_m - state.travelled_m, -state.lateral_m);
         let (sin, cos) = libm::sincos(state.heading_rad);

@@ -83,7 +83,7 @@ impl ControlLaw for KohCho {
     fn twist(&mut self, state: &PathState) -> Twist {
         let Self { params, limits, .. } = *self;
         let period = state.period_s;
-        self.target.advance(self.speed_m_s, &limits, period);
+        self.target.advance(self.speed_m_s * (1.0 - state.slowing), &limits, period);
 
         let v_t = self.target.speed_m_s;
         let w_t = v_t * state.curvature_1_m;

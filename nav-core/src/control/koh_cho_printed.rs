@@ -45,7 +45,7 @@ fn root(error: f64, limit: f64) -> f64 {
 impl ControlLaw for KohChoPrinted {
     fn twist(&mut self, state: &PathState) -> Twist {
         let limits = self.limits;
-        self.target.advance(self.speed_m_s, &limits, state.period_s);
+        self.target.advance(self.speed_m_s * (1.0 - state.slowing), &limits, state.period_s);
         let v_t = self.target.speed_m_s;
         let w_t = v_t * state.curvature_1_m;
         let Twist { speed_m_s: v, yaw_rate_rad_s: w } = state.measured;

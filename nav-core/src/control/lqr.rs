@@ -112,7 +112,7 @@ impl ControlLaw for Lqr {
         let w_r = v * state.curvature_1_m / lane_factor(state.curvature_1_m, state.lateral_m);
         let feedback = gains.lateral * state.lateral_m + gains.heading * state.heading_rad;
         let share = if self.cruise.speed_m_s == 0.0 { 0.0 } else { v / self.cruise.speed_m_s };
-        self.cruise.steer(w_r - share * feedback, state.period_s)
+        self.cruise.steer(w_r - share * feedback, state)
     }
 
     fn reset(&mut self, _travelled_m: f64) {

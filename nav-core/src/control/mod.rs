@@ -23,6 +23,8 @@ pub struct PathState {
     pub heading_rad: f64,
     /// Curvature of the path there, in 1/m, positive to the left.
     pub curvature_1_m: f64,
+    /// By which share the robot is to be slower than its usual speed, from 0 to 1: before bends and ends.
+    pub slowing: f64,
     /// Distance travelled along the path since the start, by odometry, in metres.
     pub travelled_m: f64,
     /// Motion that the encoders show: the mean over the frame before the exposure. What was commanded since is not in it.

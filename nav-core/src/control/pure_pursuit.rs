@@ -57,7 +57,7 @@ impl PurePursuit {
 impl ControlLaw for PurePursuit {
     fn twist(&mut self, state: &PathState) -> Twist {
         let yaw_rate_rad_s = self.cruise.commanded.speed_m_s * self.curvature(state);
-        self.cruise.steer(yaw_rate_rad_s, state.period_s)
+        self.cruise.steer(yaw_rate_rad_s, state)
     }
 
     fn reset(&mut self, _travelled_m: f64) {

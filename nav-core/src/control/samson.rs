@@ -58,7 +58,7 @@ impl Samson {
 
 impl ControlLaw for Samson {
     fn twist(&mut self, state: &PathState) -> Twist {
-        self.cruise.steer(self.yaw_rate(state, self.cruise.commanded.speed_m_s), state.period_s)
+        self.cruise.steer(self.yaw_rate(state, self.cruise.commanded.speed_m_s), state)
     }
 
     fn reset(&mut self, _travelled_m: f64) {

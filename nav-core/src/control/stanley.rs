@@ -51,7 +51,7 @@ impl ControlLaw for Stanley {
         let (e_y, e_th) = (-state.lateral_m, -state.heading_rad);
         let w_r = v * state.curvature_1_m / lane_factor(state.curvature_1_m, state.lateral_m);
         let towards = libm::atan(decay_1_s * e_y / (softening_m_s + v.abs()).max(1e-6));
-        self.cruise.steer(w_r + heading_gain_1_s * e_th + lateral_gain_1_s * towards, state.period_s)
+        self.cruise.steer(w_r + heading_gain_1_s * e_th + lateral_gain_1_s * towards, state)
     }
 
     fn reset(&mut self, _travelled_m: f64) {

@@ -15,11 +15,11 @@ impl Target {
         Self { speed_m_s: 0.0, travelled_m }
     }
 
-    /// Moves on towards `speed_m_s`: it accelerates half as hard as the robot may, so that the robot can catch up with it.
+    /// Moves on towards `speed_m_s`: it accelerates and brakes half as hard as the robot may, so that the robot can catch up with it.
     pub(super) fn advance(&mut self, speed_m_s: f64, limits: &Limits, period_s: f64) {
         let step = 0.5 * limits.max_acceleration_m_s2 * period_s;
         let before = self.speed_m_s;
-        self.speed_m_s = speed_m_s.min(before + step);
+        self.speed_m_s = speed_m_s.clamp(before - step, before + step);
         self.travelled_m += 0.5 * (before + self.speed_m_s) * period_s;
     }
 }

@@ -70,6 +70,17 @@ impl Belief {
         }
     }
 
+    /// Takes up another place, each figure with its deviation, in another duct.
+    pub(super) fn enter(&mut self, lateral_m: [f64; 2], heading_rad: [f64; 2], width_m: [f64; 2]) {
+        self.lose_place(width_m[0]);
+        for (i, [value, deviation]) in [(LATERAL, lateral_m), (HEADING, heading_rad), (WIDTH, width_m)] {
+            self.covariance.row_mut(i).fill(0.0);
+            self.covariance.column_mut(i).fill(0.0);
+            self.covariance[(i, i)] = deviation * deviation;
+            self.mean[i] = value;
+        }
+    }
+
     /// Holds the width for no surer than this deviation.
     pub(super) fn widen_width(&mut self, deviation_m: f64) {
         let variance = &mut self.covariance[(WIDTH, WIDTH)];

@@ -157,13 +157,14 @@ impl Estimator {
     }
 
     /// Takes in what a frame that was exposed at `exposed` shows. If the belief has gone on since, it goes back to the reading of that
-    /// tick, or the last one before it, and comes forward again by the same steps and looks.
-    pub fn look(&mut self, walls: &SideWalls, exposed: Tick) -> Outcome {
+    /// tick, or the last one before it, and comes forward again by the same steps and looks. While it is `steady`, a run of refusals is no
+    /// reason to begin anew.
+    pub fn look(&mut self, walls: &SideWalls, exposed: Tick, steady: bool) -> Outcome {
         if self.past.is_empty() {
             self.remember(exposed, Travel::default());
         }
         self.outcome = match self.past.iter().rposition(|moment| moment.tick <= exposed) {
-            Some(at) => self.look_at(walls, at),
+            Some(at) => self.look_at(walls, at, steady),
             None => Outcome::Useless,
         };
         if !self.belief.is_sound(self.track_m) {
@@ -176,7 +177,7 @@ impl Estimator {
         self.outcome
     }
 
-    fn look_at(&mut self, walls: &SideWalls, at: usize) -> Outcome {
+    fn look_at(&mut self, walls: &SideWalls, at: usize, steady: bool) -> Outcome {
         let mut belief = self.past[at].belief;
         if let Some(look) = self.past[at].look.and_then(|walls| belief.look(&walls, &self.params)) {
             belief.take(&look);
@@ -187,7 +188,7 @@ impl Estimator {
         if self.placed && nis > self.gate[freedom] {
             self.refused += 1;
             self.run += 1;
-            if self.run <= self.params.gate_run {
+            if steady || self.run <= self.params.gate_run {
                 return Outcome::Refused { nis, freedom };
             }
             self.begun_anew += 1;
@@ -224,6 +225,14 @@ impl Estimator {
             }
         }
         self.belief = belief;
+    }
+
+    /// It is in another duct, or another way round, from now on: there it stands at this lateral offset (metres) and heading (radians), in
+    /// a width (metres), each with its standard deviation. What it knows of its wheels it keeps.
+    pub fn enter(&mut self, lateral_m: [f64; 2], heading_rad: [f64; 2], width_m: [f64; 2]) {
+        self.belief.enter(lateral_m, heading_rad, width_m);
+        self.past.clear();
+        self.run = 0;
     }
 
     /// What it believes now: at the last reading of the encoders.

@@ -53,16 +53,13 @@ impl Localiser {
         }
     }
 
-    /// Takes in what a frame exposed at `exposed` shows.
-    pub fn look(&mut self, measurement: &Measurement, exposed: Tick) -> Sight {
+    /// Takes in what a frame exposed at `exposed` shows. Where a bend is near, the walls of which may well be taken for those of this duct, a
+    /// filter is `steady`: it does not begin anew with what it has refused.
+    pub fn look(&mut self, measurement: &Measurement, exposed: Tick, steady: bool) -> Sight {
         match self {
             Self::Kalman(filter) => {
                 let walls = measurement.side_walls.or_else(|| unstated(measurement, filter));
-                match walls.map_or(Outcome::None, |walls| filter.look(&walls, exposed)) {
-                    Outcome::Taken { .. } | Outcome::Begun => Sight::Used,
-                    Outcome::Refused { .. } => Sight::Refused,
-                    Outcome::None | Outcome::Useless => Sight::None,
-                }
+                walls.map_or(Sight::None, |walls| self.look_at(&walls, exposed, steady))
             }
             Self::LastSeen { lateral_m, heading_rad } => match (measurement.lateral_m, measurement.heading_rad) {
                 (Some(lateral), Some(heading)) => {
@@ -71,6 +68,43 @@ impl Localiser {
                 }
                 _ => Sight::None,
             },
+        }
+    }
+
+    /// Takes in these walls, exposed at `exposed`; `steady` as for [`Self::look`].
+    pub fn look_at(&mut self, walls: &SideWalls, exposed: Tick, steady: bool) -> Sight {
+        match self {
+            Self::Kalman(filter) => match filter.look(walls, exposed, steady) {
+                Outcome::Taken { .. } | Outcome::Begun => Sight::Used,
+                Outcome::Refused { .. } => Sight::Refused,
+                Outcome::None | Outcome::Useless => Sight::None,
+            },
+            Self::LastSeen { lateral_m, heading_rad } => {
+                *heading_rad = walls.heading_rad;
+                if let (Some(left_m), Some(right_m)) = (walls.left_m, walls.right_m) {
+                    *lateral_m = (right_m - left_m) / 2.0;
+                }
+                Sight::Used
+            }
+        }
+    }
+
+    /// It is in another duct from now on: see [`Estimator::enter`].
+    pub fn enter(&mut self, lateral: [f64; 2], heading: [f64; 2], width: [f64; 2]) {
+        match self {
+            Self::Kalman(filter) => filter.enter(lateral, heading, width),
+            Self::LastSeen { lateral_m, heading_rad } => (*lateral_m, *heading_rad) = (lateral[0], heading[0]),
+        }
+    }
+
+    /// Lateral offset and heading as believed now.
+    pub fn place(&self) -> (f64, f64) {
+        match self {
+            Self::Kalman(filter) => {
+                let estimate = filter.estimate();
+                (estimate.lateral_m, estimate.heading_rad)
+            }
+            Self::LastSeen { lateral_m, heading_rad } => (*lateral_m, *heading_rad),
         }
     }
 

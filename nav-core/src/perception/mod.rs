@@ -32,7 +32,7 @@ pub mod threshold;
 pub mod triangulation;
 pub mod wall_plane;
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Point3};
 
 use crate::messages::Frame;
 use crate::rig::MountAngles;
@@ -173,6 +173,28 @@ pub struct StripeCentre {
     pub assigned: Option<(usize, Wall)>,
 }
 
+/// What a stripe is on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Upon {
+    /// The floor that the robot stands on.
+    Floor,
+    /// Whatever is not the floor: walls, mostly.
+    Upright,
+}
+
+/// A point that a laser lights, whatever it is on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RangePoint {
+    /// Where it is, in the base frame, in metres.
+    pub point_in_base: Point3<f64>,
+    /// Which laser's light it is.
+    pub laser: usize,
+    /// Its place across the image: blocks of columns of equal width, from the left.
+    pub block: usize,
+    /// What it is on.
+    pub upon: Upon,
+}
+
 /// A wall's plane in the camera frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SeenPlane {
@@ -203,6 +225,8 @@ pub struct Stages<'a> {
     pub lines: &'a [StripeLine],
     /// Walls.
     pub planes: &'a [SeenPlane],
+    /// All that the lasers light, by laser and then across the image; empty from a perception that gives no ranges.
+    pub ranges: &'a [RangePoint],
 }
 
 /// Reads frames. The robust pipeline and the paper's chain are two; a user's own may take their place.

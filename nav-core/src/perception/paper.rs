@@ -362,7 +362,7 @@ impl Perception for PaperPerception {
     }
 
     fn stages(&self) -> Stages<'_> {
-        Stages { centres: &self.centres, lines: &self.seen, planes: &self.planes }
+        Stages { centres: &self.centres, lines: &self.seen, planes: &self.planes, ..Stages::default() }
     }
 }
 

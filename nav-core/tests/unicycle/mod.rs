@@ -58,6 +58,7 @@ impl Unicycle {
                 lateral_m: lateral,
                 heading_rad: then,
                 curvature_1_m: self.curvature_1_m,
+                slowing: 0.0,
                 travelled_m: x + along,
                 measured,
                 period_s: PERIOD_S,

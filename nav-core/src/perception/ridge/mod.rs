@@ -189,7 +189,7 @@ impl Ridge {
 
     /// The same centres and lines in the form of a perception's stages. There are no planes without a rig.
     pub fn stages(&self) -> Stages<'_> {
-        Stages { centres: &self.plain, lines: &self.lines, planes: &[] }
+        Stages { centres: &self.plain, lines: &self.lines, ..Stages::default() }
     }
 
     /// Places of all columns where a stripe may be, and the chains that they make.

@@ -104,6 +104,11 @@ impl Chains {
         self.retire(f64::INFINITY, ridges, projector, segments);
     }
 
+    /// For each ridge of the last frame the one before it in its chain; a number beyond them where there is none.
+    pub(super) fn before(&self) -> &[u32] {
+        &self.before
+    }
+
     /// Takes the chains out that have ended before `block`.
     fn retire(&mut self, block: f64, ridges: &[Ridge], projector: &Projector, segments: &mut Vec<Segment>) {
         let mut i = 0;

@@ -11,6 +11,9 @@
 //! 6. `plane_fit`: all centres of a wall to its plane, with covariance;
 //! 7. `duct_pose`: planes to lateral and heading error, width and height, each with its standard deviation.
 //!
+//! Beside them, `ranges` says for every block of columns where each laser's light falls, whatever it falls on: what is ahead where it is no
+//! wall of a straight duct.
+//!
 //! `stripe` predicts where a laser's stripe on a plane is in the image, and how thick.
 //!
 //! What it does not do: it reads each frame for itself, without the one before; it takes walls for planes, upright or level.
@@ -23,6 +26,7 @@ mod measure;
 mod overexposed;
 mod plane_fit;
 mod proposal;
+mod ranges;
 mod stripe;
 #[cfg(test)]
 mod test_rig;
@@ -31,7 +35,7 @@ mod view;
 use nalgebra::Vector3;
 
 use super::wall_plane::WallPlane;
-use super::{Measurement, Perception, SeenPlane, Stages, StripeCentre, StripeLine, Wall};
+use super::{Measurement, Perception, RangePoint, SeenPlane, Stages, StripeCentre, StripeLine, Wall};
 use crate::messages::Frame;
 use crate::rig::{MountAngles, Rig};
 use centre::Noise;
@@ -40,6 +44,7 @@ use detect::{Detector, Ridge};
 use measure::{Neighbour, Point, Search};
 use plane_fit::{Plane, Priors};
 use proposal::{Limits, MOST_LASERS, Proposal, Proposer, Upright};
+use ranges::Ranger;
 use stripe::Projector;
 use view::{BLOCK, View};
 
@@ -130,6 +135,8 @@ pub struct RobustPerception {
     centres: Vec<StripeCentre>,
     lines: Vec<StripeLine>,
     planes: Vec<SeenPlane>,
+    ranger: Ranger,
+    ranges: Vec<RangePoint>,
 }
 
 impl RobustPerception {
@@ -152,6 +159,8 @@ impl RobustPerception {
             centres: Vec::with_capacity(most_points * Wall::ALL.len()),
             lines: Vec::with_capacity(chain::MOST_SEGMENTS + Wall::ALL.len() * MOST_LASERS),
             planes: Vec::with_capacity(Wall::ALL.len()),
+            ranger: Ranger::default(),
+            ranges: Vec::with_capacity(most_points / BLOCK),
             projector,
             params,
             rig,
@@ -304,6 +313,7 @@ impl Perception for RobustPerception {
         self.lines.clear();
         self.planes.clear();
         self.walls.clear();
+        self.ranges.clear();
         let camera = &self.rig.camera;
         if (frame.width_px, frame.height_px) != (camera.width_px, camera.height_px) {
             return Measurement::default();
@@ -321,10 +331,11 @@ impl Perception for RobustPerception {
             }
         }
         self.show_rest();
+        self.ranger.find(&self.ridges, self.chains.before(), &self.projector, &upright, self.params.range_m, &mut self.ranges);
         duct_pose::measure(&self.walls, &upright, self.params.duct_width_m)
     }
 
     fn stages(&self) -> Stages<'_> {
-        Stages { centres: &self.centres, lines: &self.lines, planes: &self.planes }
+        Stages { centres: &self.centres, lines: &self.lines, planes: &self.planes, ranges: &self.ranges }
     }
 }

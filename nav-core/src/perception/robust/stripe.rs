@@ -183,6 +183,15 @@ impl Projector {
         (sigma < 60.0).then_some(sigma)
     }
 
+    /// Where in the camera frame scan coordinates (x, y) see the light of laser `laser`; `None` where its fan does not reach.
+    pub(super) fn point(&self, laser: usize, x: f64, y: f64) -> Option<Point3<f64>> {
+        let light = &self.lasers[laser];
+        let ray = self.ray(x, y);
+        let inverse_depth = light.inverse_plane.dot(&ray);
+        let point = Point3::from(ray / inverse_depth);
+        (inverse_depth > 1e-2 && light.reaches(&point)).then_some(point)
+    }
+
     /// Standard deviation down the column that the stripe of laser `laser` at scan coordinates (x, y) would have on a surface that
     /// contains the direction across: the least it has on anything (a side wall, for slits that lie level). `None` where that laser
     /// cannot be seen between `range_m`.

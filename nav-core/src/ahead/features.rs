@@ -1,0 +1,158 @@
+//! What the strip shows: openings in the side walls, and what stands across.
+
+use super::strip::{BIN_M, Flank, Strip};
+
+/// Fewest rays that say that a wall's bin is open, or closed.
+const FEWEST_RAYS: f64 = 3.0;
+/// A bin is open if rays that passed are this many times those that ended on the wall.
+const OPEN_SHARE: f64 = 1.5;
+/// Shortest opening that is one, in metres: less than the narrowest duct that this robot fits.
+const OPENING_M: f64 = 0.12;
+/// Closed wall of at least this length ends an opening, in metres.
+const CLOSES_M: f64 = 0.06;
+/// Bins without a verdict that an opening or a wall may go over, in metres.
+const GAP_M: f64 = 0.14;
+/// Rays that ended across the duct within three bins for something to stand there.
+const ACROSS_RAYS: f64 = 24.0;
+/// What stands across is believed if it was seen at one place while the robot moved by so much, in metres: a ceiling that a laser meets far
+/// ahead goes along with the robot, and a wall does not.
+const PARALLAX_M: f64 = 0.06;
+/// Free rays over those that ended, beyond which nothing stands there.
+const FREE_SHARE: f64 = 4.0;
+
+/// An opening in a side wall, from where the wall ends to where it goes on, in metres along the duct.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Opening {
+    /// Where the wall ends.
+    pub from_m: f64,
+    /// Where it is closed again; `None` where that has not been seen.
+    pub to_m: Option<f64>,
+    /// How far it is known to be open, in metres.
+    pub open_to_m: f64,
+}
+
+/// What is seen of the duct ahead.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Features {
+    /// The next opening to the left and to the right.
+    pub openings: [Option<Opening>; 2],
+    /// Where something stands across the middle, in metres along the duct.
+    pub across_m: Option<f64>,
+    /// How far the middle is known to be free, in metres along the duct.
+    pub free_to_m: f64,
+    /// How far the left and the right wall are known to be closed without an opening, in metres along the duct.
+    pub closed_to_m: [f64; 2],
+}
+
+/// A bin of a wall.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Verdict {
+    Open,
+    Closed,
+    Unknown,
+}
+
+impl Flank {
+    fn verdict(&self) -> Verdict {
+        if self.open >= FEWEST_RAYS && self.open > OPEN_SHARE * self.closed {
+            Verdict::Open
+        } else if self.closed >= FEWEST_RAYS && self.closed >= self.open {
+            Verdict::Closed
+        } else {
+            Verdict::Unknown
+        }
+    }
+}
+
+impl Strip {
+    /// What is ahead of a robot at `along_m`.
+    pub(super) fn features(&self, along_m: f64) -> Features {
+        let across_m = self.across(along_m);
+        let [left, right] = [0, 1].map(|side| self.wall(side, along_m, across_m));
+        Features {
+            openings: [left.0, right.0],
+            across_m,
+            free_to_m: self.free_to(along_m),
+            closed_to_m: [left.1, right.1],
+        }
+    }
+
+    /// The next opening of a side's wall, and how far the wall is closed.
+    fn wall(&self, side: usize, along_m: f64, across_m: Option<f64>) -> (Option<Opening>, f64) {
+        let bins = self.ahead_of(along_m);
+        let end = across_m.map_or(bins.end, |at| bins.end.min(Self::number(at)));
+        let place = |number: i64| number as f64 * BIN_M;
+        let verdict = |number: i64| self.bin(number).map_or(Verdict::Unknown, |bin| bin.flanks[side].verdict());
+        let gap = (GAP_M / BIN_M) as i64;
+        let mut closed_to = bins.start;
+        let mut run: Option<(i64, i64)> = None;
+        let mut closes = 0;
+        for number in bins.start..end {
+            match (verdict(number), &mut run) {
+                (Verdict::Open, Some((_, last))) => {
+                    *last = number + 1;
+                    closes = 0;
+                }
+                (Verdict::Open, None) => run = Some((number, number + 1)),
+                (Verdict::Closed, Some((first, last))) => {
+                    closes += 1;
+                    let is_opening = (*last - *first) as f64 * BIN_M >= OPENING_M;
+                    if closes as f64 * BIN_M >= CLOSES_M {
+                        if is_opening {
+                            let closed = number + 1 - closes;
+                            let opening =
+                                Opening { from_m: place(*first), to_m: Some(place(closed)), open_to_m: place(*last) };
+                            return (Some(opening), place(*first));
+                        }
+                        run = None;
+                        closed_to = number + 1;
+                        closes = 0;
+                    }
+                }
+                (Verdict::Closed, None) => closed_to = number + 1,
+                (Verdict::Unknown, Some((first, last))) => {
+                    let is_opening = (*last - *first) as f64 * BIN_M >= OPENING_M;
+                    if number - *last > gap && !is_opening {
+                        run = None;
+                    }
+                }
+                (Verdict::Unknown, None) => {}
+            }
+        }
+        let opening = run.filter(|(first, last)| (*last - *first) as f64 * BIN_M >= OPENING_M).map(|(first, last)| Opening {
+            from_m: place(first),
+            to_m: None,
+            open_to_m: place(last),
+        });
+        (opening, opening.map_or(place(closed_to), |opening| opening.from_m))
+    }
+
+    /// Where something stands across the middle.
+    fn across(&self, along_m: f64) -> Option<f64> {
+        let bins = self.ahead_of(along_m);
+        for number in bins.start + 3..bins.end - 1 {
+            let three = [-1, 0, 1].map(|by| self.bin(number + by).map(|bin| bin.inside).unwrap_or_default());
+            let hits: f64 = three.iter().map(|inside| inside.hits).sum();
+            let free = three[2].free;
+            let is_peak = three[1].hits >= three[0].hits && three[1].hits >= three[2].hits;
+            let hit = || three.iter().filter(|inside| inside.hits > 0.0);
+            let from_m = hit().map(|inside| inside.seen_from_m[0]).fold(f64::INFINITY, f64::min);
+            let to_m = hit().map(|inside| inside.seen_from_m[1]).fold(f64::NEG_INFINITY, f64::max);
+            if is_peak && hits >= ACROSS_RAYS && free <= FREE_SHARE * hits && to_m - from_m >= PARALLAX_M {
+                let mean: f64 = [-1.0, 0.0, 1.0].iter().zip(&three).map(|(by, inside)| by * inside.hits).sum::<f64>() / hits;
+                return Some((number as f64 + 0.5 + mean) * BIN_M);
+            }
+        }
+        None
+    }
+
+    /// How far the middle is free: up to the first bin through which no ray went.
+    fn free_to(&self, along_m: f64) -> f64 {
+        let bins = self.ahead_of(along_m);
+        let free = |number: &i64| self.bin(*number).is_some_and(|bin| bin.inside.free >= FEWEST_RAYS);
+        // Right before the camera no ray has passed yet.
+        let from = bins.clone().find(|number| free(number)).unwrap_or(bins.start);
+        let end = (from..bins.end).find(|number| !free(number)).unwrap_or(bins.end);
+        end as f64 * BIN_M
+    }
+}

@@ -1,0 +1,107 @@
+//! The side walls from where they begin to where they end, from ranges: what the robot goes by before and behind a bend.
+//!
+//! The pipeline's own walls are planes fitted to all that may be on them; where a wall bends away a part of it is easily taken for the
+//! whole. Here only points beside the lines where the walls are known to be count, and only where the duct is straight. Both walls are
+//! parallel: two offsets and one direction by linear least squares.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::strip::DuctPlace;
+use crate::perception::side_walls::SideWalls;
+
+/// Standard deviation of a point across the wall, in metres.
+const POINT_M: f64 = 0.004;
+/// What all points of a wall have in common is added: standard deviations, in metres and radians.
+const COMMON_M: f64 = 0.002;
+const COMMON_RAD: f64 = 0.004;
+/// Fewest points of a wall, and the shortest piece of it, in metres.
+const FEWEST: u32 = 8;
+const SHORTEST_M: f64 = 0.15;
+
+/// Where the side walls of a duct are straight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch {
+    /// From where to where along the duct, for the left and the right wall, in metres.
+    pub along_m: [[f64; 2]; 2],
+    /// Points farther off a wall's line than this are not its own, in metres.
+    pub near_m: f64,
+}
+
+/// The walls that `points` (of the base frame) show of a duct in which the robot is about at `place`.
+pub(super) fn find(points: impl Iterator<Item = [f64; 2]>, place: &DuctPlace, stretch: &Stretch) -> Option<SideWalls> {
+    let half_m = place.width_m / 2.0;
+    let (sin, cos) = libm::sincos(place.heading_rad);
+    let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+    let (mut counts, mut spans) = ([0_u32; 2], [[f64::INFINITY, f64::NEG_INFINITY]; 2]);
+    for [x, y] in points {
+        let (along, across) = (cos * x - sin * y, sin * x + cos * y);
+        let side = usize::from(across + place.lateral_m < 0.0);
+        let expected = if side == 0 { half_m } else { -half_m } - place.lateral_m;
+        let [from_m, to_m] = stretch.along_m[side];
+        if (across - expected).abs() > stretch.near_m || !(from_m..=to_m).contains(&(along + place.along_m)) {
+            continue;
+        }
+        counts[side] += 1;
+        spans[side] = [spans[side][0].min(along), spans[side][1].max(along)];
+        let mut row = Vector3::new(along, 0.0, 0.0);
+        row[1 + side] = 1.0;
+        normal += row * row.transpose();
+        right += row * across;
+    }
+    let is_seen = |side: usize| counts[side] >= FEWEST && spans[side][1] - spans[side][0] >= SHORTEST_M;
+    let seen = [is_seen(0), is_seen(1)];
+    if !seen[0] && !seen[1] {
+        return None;
+    }
+    // A wall that is not seen has no say.
+    for side in (0..2).filter(|side| counts[*side] == 0) {
+        normal[(1 + side, 1 + side)] = 1.0;
+    }
+    let inverse = normal.try_inverse()?;
+    let found = inverse * right;
+    let turned = libm::atan(found[0]);
+    let cos = libm::cos(turned);
+    let covariance = inverse * (POINT_M * POINT_M)
+        + Matrix3::from_diagonal(&Vector3::new(COMMON_RAD * COMMON_RAD, COMMON_M * COMMON_M, COMMON_M * COMMON_M));
+    // Distances are to the left and to the right; the heading falls as the walls' direction grows.
+    let sign = Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, -1.0));
+    Some(SideWalls {
+        heading_rad: place.heading_rad - turned,
+        left_m: seen[0].then_some(found[1] * cos),
+        right_m: seen[1].then_some(-found[2] * cos),
+        covariance: sign * covariance * sign,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Walls of a duct, seen by a robot beside its middle and turned, come back; what bends away beyond the end is left out.
+    #[test]
+    fn walls_come_back() {
+        let truth = DuctPlace { along_m: 2.0, lateral_m: 0.03, heading_rad: 0.05, width_m: 0.5 };
+        let to_base = |s: f64, y: f64| {
+            let (sin, cos) = libm::sincos(-truth.heading_rad);
+            let (ds, dy) = (s - truth.along_m, y - truth.lateral_m);
+            [cos * ds - sin * dy, sin * ds + cos * dy]
+        };
+        let wall = |side: f64| {
+            (0..40).map(move |i| {
+                let s = 2.3 + 0.02 * f64::from(i);
+                // From 2.8 on it bends to the left.
+                let bent = (s - 2.8).max(0.0);
+                [s, side * 0.25 + 0.5 * bent * bent]
+            })
+        };
+        let points: Vec<[f64; 2]> = wall(1.0).chain(wall(-1.0)).map(|[s, y]| to_base(s, y)).collect();
+        let stretch = |to_m: f64| Stretch { along_m: [[2.0, to_m]; 2], near_m: 0.04 };
+        let believed = DuctPlace { lateral_m: 0.02, heading_rad: 0.07, ..truth };
+        let walls = find(points.iter().copied(), &believed, &stretch(2.8)).expect("both walls");
+        assert!((walls.heading_rad - 0.05).abs() < 1e-9, "{walls:?}");
+        assert!((walls.left_m.unwrap() - 0.22).abs() < 1e-9 && (walls.right_m.unwrap() - 0.28).abs() < 1e-9, "{walls:?}");
+        let bent = find(points.iter().copied(), &believed, &stretch(3.2)).expect("both walls");
+        assert!((bent.heading_rad - 0.05).abs() > 1e-3, "the bend counts: {bent:?}");
+        assert!(find(std::iter::empty(), &believed, &stretch(2.8)).is_none());
+    }
+}

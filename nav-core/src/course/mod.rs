@@ -1,0 +1,401 @@
+//! Where the robot is to go: along its duct, and at each fitting the way that its route names.
+//!
+//! - [`route`]: the ways to take;
+//! - [`bend`]: the path through a bend, and poses against it;
+//! - [`Course`]: follows both, from duct to duct.
+//!
+//! A duct has coordinates of its own: along it, by odometry, and to the left of its middle. In the middle of a bend the robot changes over to
+//! those of the duct behind it. Until the walls of that duct are seen it goes by its wheels.
+
+pub mod bend;
+pub mod route;
+
+use std::f64::consts::PI;
+
+use crate::ahead::{Ahead, DuctPlace, Fitting, Outer, Outlook, Side, Stretch};
+use crate::control::Twist;
+use crate::perception::RangePoint;
+use bend::{Bend, OnPath};
+use route::Turn;
+
+/// Parameters of a course.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CourseParams {
+    /// Which way to take at each junction; where it is over, straight on.
+    pub route: Vec<Turn>,
+    /// The robot's usual speed, in m/s.
+    pub speed_m_s: f64,
+    /// Largest yaw rate in a bend, in rad/s: the robot slows down to it.
+    pub turn_rate_rad_s: f64,
+    /// How hard it brakes before bends and ends, in m/s2.
+    pub braking_m_s2: f64,
+    /// Room that it leaves between its origin and a wall ahead, in metres.
+    pub stand_off_m: f64,
+    /// Where the camera is in the base frame: ahead and to the left, in metres.
+    pub camera_m: [f64; 2],
+}
+
+impl Default for CourseParams {
+    fn default() -> Self {
+        Self {
+            route: Vec::new(),
+            speed_m_s: 0.3,
+            turn_rate_rad_s: 0.7,
+            braking_m_s2: 0.15,
+            stand_off_m: 0.25,
+            camera_m: [0.12, 0.0],
+        }
+    }
+}
+
+/// Share of a bend's angle up to which the walls before it are believed.
+const BELIEVED_SHARE: f64 = 0.25;
+/// Way behind a bend after which it is over, in metres.
+const OVER_M: f64 = 0.1;
+/// What the wheels leave in doubt of a bend: share of its angle, and of its lateral place, in metres.
+const TURN_DOUBT: f64 = 0.05;
+const LATERAL_DOUBT_M: f64 = 0.03;
+const WIDTH_DOUBT_M: f64 = 0.02;
+/// Beside the robot no wall is seen: before a bend it goes by its wheels from here on, in metres.
+const BLIND_M: f64 = 0.5;
+/// A bend is looked for from this far before its beginning, in metres.
+const PLANNED_M: f64 = 1.5;
+/// Past a junction points this far off a wall's line are its own, in metres.
+const PASSING_NEAR_M: f64 = 0.04;
+/// This near to where it is to stand a robot has arrived, in metres.
+const AT_REST_M: f64 = 0.02;
+/// Slowest speed towards where it is to stand, in m/s.
+const CREEP_M_S: f64 = 0.03;
+/// It has turned round when so little is left, in radians, and brakes so hard towards it, in rad/s2.
+const ROUND_RAD: f64 = 0.03;
+const ROUND_BRAKING_RAD_S2: f64 = 0.5;
+/// A bend is entered by what is known this far before its beginning, in metres.
+const COMMITTED_M: f64 = 0.02;
+
+/// What the robot is doing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Phase {
+    /// Going along a duct, with the bend that it is coming to.
+    #[default]
+    Along,
+    /// In a bend, still in the coordinates of the duct before it.
+    Entering(Bend),
+    /// In a bend, in the coordinates of the duct behind it.
+    Leaving(Bend),
+    /// Turning round on the spot.
+    TurningRound,
+    /// Standing at the end of its route.
+    AtTheEnd(End),
+}
+
+/// Why a robot goes no farther.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// Its route says so.
+    Route,
+    /// The duct ends, and its route says nothing of it.
+    DeadEnd,
+    /// It does not know how the duct goes on.
+    Unknown,
+    /// The way that its route names is not there.
+    NoSuchWay,
+}
+
+/// That the robot has come into another duct: where it stands there, each figure with its deviation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Entered {
+    /// Offset to the left, in metres.
+    pub lateral_m: [f64; 2],
+    /// Heading, in radians.
+    pub heading_rad: [f64; 2],
+    /// Width, in metres.
+    pub width_m: [f64; 2],
+}
+
+/// The path at a place, as control laws take it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PathHere {
+    /// Against the path.
+    pub on_path: OnPath,
+    /// Way along the whole path since the start, in metres.
+    pub travelled_m: f64,
+    /// By which share to be slower than usual.
+    pub slowing: f64,
+}
+
+/// Follows a route from duct to duct.
+#[derive(Clone, Debug)]
+pub struct Course {
+    params: CourseParams,
+    ahead: Ahead,
+    phase: Phase,
+    /// The bend that lies ahead, as planned by the last frames.
+    planned: Option<Bend>,
+    /// Next turn of the route.
+    next: usize,
+    /// A junction that is passed straight through: where its left and its right wall are open, in metres along the duct.
+    passing: [Option<[f64; 2]>; 2],
+    /// Along the duct, in metres.
+    along_m: f64,
+    /// Way along the path up to this duct's coordinate zero, in metres.
+    before_m: f64,
+    /// Junctions taken.
+    junctions: u32,
+}
+
+impl Course {
+    /// At the beginning of a route.
+    pub fn new(params: CourseParams) -> Self {
+        Self {
+            ahead: Ahead::new(params.camera_m),
+            params,
+            phase: Phase::Along,
+            planned: None,
+            next: 0,
+            passing: [None; 2],
+            along_m: 0.0,
+            before_m: 0.0,
+            junctions: 0,
+        }
+    }
+
+    /// What is seen ahead.
+    pub fn outlook(&self) -> &Outlook {
+        self.ahead.outlook()
+    }
+
+    /// Junctions taken so far.
+    pub fn junctions(&self) -> u32 {
+        self.junctions
+    }
+
+    /// Why it goes no farther, if it does not.
+    pub fn end(&self) -> Option<End> {
+        match self.phase {
+            Phase::AtTheEnd(end) => Some(end),
+            _ => None,
+        }
+    }
+
+    /// Whether it is in a bend or right before it, where walls are lost and found: there it may go by its wheels.
+    pub fn goes_by_wheels(&self) -> bool {
+        self.phase != Phase::Along
+            || self.planned.is_some_and(|bend| bend.start_m - self.along_m < BLIND_M)
+            || self.passing.iter().flatten().any(|[from_m, to_m]| (from_m - BLIND_M..=*to_m).contains(&self.along_m))
+    }
+
+    /// Whether a bend is so near that its walls may be taken for the duct's.
+    pub fn is_near_bend(&self) -> bool {
+        self.phase != Phase::Along || self.planned.is_some_and(|bend| bend.start_m - self.along_m < PLANNED_M)
+    }
+
+    /// Where the walls of its duct may be believed to be straight, before and behind a bend; `None` elsewhere.
+    pub fn straight(&self) -> Option<Stretch> {
+        match self.phase {
+            Phase::Along => match self.planned.filter(|bend| bend.start_m - self.along_m < PLANNED_M) {
+                Some(bend) => Some(bend.straight_before()),
+                None => self.passing.iter().any(Option::is_some).then(|| self.straight_past()),
+            },
+            Phase::Entering(bend) => Some(bend.straight_before()),
+            Phase::Leaving(bend) => Some(bend.straight_behind()),
+            Phase::TurningRound | Phase::AtTheEnd(_) => None,
+        }
+    }
+
+    /// Past a junction a wall counts on the side of its opening that is not behind the camera's first sight of it.
+    fn straight_past(&self) -> Stretch {
+        let all = [f64::NEG_INFINITY, f64::INFINITY];
+        let of = |open: Option<[f64; 2]>| match open {
+            Some([from_m, _]) if self.along_m < from_m - BLIND_M => [f64::NEG_INFINITY, from_m],
+            Some([_, to_m]) => [to_m, f64::INFINITY],
+            None => all,
+        };
+        Stretch { along_m: self.passing.map(of), near_m: PASSING_NEAR_M }
+    }
+
+    /// Along its duct, by odometry, in metres.
+    pub fn along_m(&self) -> f64 {
+        self.along_m
+    }
+
+    /// The robot has gone on, along its duct.
+    pub fn advance(&mut self, along_m: f64) {
+        self.along_m += along_m;
+    }
+
+    /// Whether walls seen at this heading are those of the duct in whose coordinates the robot is.
+    pub fn believes(&self, heading_rad: f64) -> bool {
+        match self.phase {
+            Phase::Along => true,
+            Phase::TurningRound | Phase::AtTheEnd(_) => false,
+            Phase::Entering(bend) => heading_rad.abs() < BELIEVED_SHARE * bend.turn_rad.abs(),
+            Phase::Leaving(bend) => heading_rad.abs() < 2.0 * BELIEVED_SHARE * bend.turn_rad.abs(),
+        }
+    }
+
+    /// Takes in what a frame shows from where the robot stands in its duct; says if it is in another one from now on.
+    pub fn look(&mut self, place: &DuctPlace, ranges: &[RangePoint]) -> Option<Entered> {
+        if !ranges.is_empty() && self.phase != Phase::TurningRound {
+            self.ahead.look(place, ranges);
+        }
+        let pose = [place.along_m, place.lateral_m, place.heading_rad];
+        match self.phase {
+            Phase::Along => self.plan(place),
+            Phase::Entering(bend) => {
+                let way_m = bend.project(pose).way_m;
+                return (way_m > bend.length_m() / 2.0).then(|| self.change_over(bend, pose));
+            }
+            Phase::Leaving(_) if self.along_m > OVER_M => {
+                self.phase = Phase::Along;
+                self.planned = None;
+            }
+            Phase::TurningRound if place.heading_rad.abs() >= PI - ROUND_RAD => return Some(self.turned_round(place)),
+            Phase::Leaving(_) | Phase::TurningRound | Phase::AtTheEnd(_) => {}
+        }
+        None
+    }
+
+    /// The same duct, the other way.
+    fn turned_round(&mut self, place: &DuctPlace) -> Entered {
+        self.before_m += self.along_m;
+        self.along_m = 0.0;
+        self.phase = Phase::Along;
+        self.planned = None;
+        self.passing = [None; 2];
+        self.next += 1;
+        self.ahead.enter();
+        Entered {
+            lateral_m: [-place.lateral_m, LATERAL_DOUBT_M],
+            heading_rad: [place.heading_rad - PI.copysign(place.heading_rad), TURN_DOUBT * PI],
+            width_m: [place.width_m, WIDTH_DOUBT_M],
+        }
+    }
+
+    /// From the entry's coordinates to the exit's.
+    fn change_over(&mut self, bend: Bend, pose: [f64; 3]) -> Entered {
+        let [along_m, lateral_m, heading_rad] = bend.exit_from_entry(pose);
+        self.before_m += bend.start_m + bend.length_m();
+        self.along_m = along_m;
+        self.phase = Phase::Leaving(bend);
+        self.passing = [None; 2];
+        self.ahead.enter();
+        Entered {
+            lateral_m: [lateral_m, LATERAL_DOUBT_M],
+            heading_rad: [heading_rad, TURN_DOUBT * bend.turn_rad.abs()],
+            width_m: [bend.exit_width_m, WIDTH_DOUBT_M],
+        }
+    }
+
+    /// Which way the duct's next fitting is to be taken.
+    fn plan(&mut self, place: &DuctPlace) {
+        let outlook = *self.ahead.outlook();
+        if self.passing.iter().any(Option::is_some) {
+            if self.passing.iter().flatten().all(|[_, to_m]| self.along_m > *to_m) {
+                self.passing = [None; 2];
+            }
+            return;
+        }
+        let turn = self.params.route.get(self.next).copied();
+        match (outlook.fitting, turn) {
+            (Fitting::Elbow(side), _) => self.plan_bend(place, &outlook, side),
+            (Fitting::Branch(Side::Left) | Fitting::Cross | Fitting::BullheadTee, Some(Turn::Left)) => {
+                self.plan_bend(place, &outlook, Side::Left);
+            }
+            (Fitting::Branch(Side::Right) | Fitting::Cross | Fitting::BullheadTee, Some(Turn::Right)) => {
+                self.plan_bend(place, &outlook, Side::Right);
+            }
+            (Fitting::Branch(_) | Fitting::Cross, None | Some(Turn::Straight)) => self.pass(&outlook, place),
+            _ => {}
+        }
+        if let Some(bend) = self.planned {
+            if self.along_m > bend.start_m - COMMITTED_M {
+                if !matches!(outlook.fitting, Fitting::Elbow(_)) {
+                    self.take_turn();
+                }
+                self.phase = Phase::Entering(bend);
+            }
+        } else if outlook.features.across_m.is_some_and(|at_m| self.along_m >= at_m - self.params.stand_off_m - AT_REST_M) {
+            self.phase = match (outlook.fitting, turn) {
+                (Fitting::DeadEnd, Some(Turn::TurnBack)) => Phase::TurningRound,
+                (_, Some(Turn::Stop)) => Phase::AtTheEnd(End::Route),
+                (Fitting::DeadEnd, None) => Phase::AtTheEnd(End::DeadEnd),
+                (Fitting::Unknown, _) => Phase::AtTheEnd(End::Unknown),
+                _ => Phase::AtTheEnd(End::NoSuchWay),
+            };
+        }
+    }
+
+    fn take_turn(&mut self) {
+        self.next += 1;
+        self.junctions += 1;
+    }
+
+    /// Plans the path into the opening on a side, anew with every frame.
+    fn plan_bend(&mut self, place: &DuctPlace, outlook: &Outlook, side: Side) {
+        if outlook.at_m - self.along_m > PLANNED_M {
+            return;
+        }
+        let Some(opening) = outlook.features.openings[side.index()] else { return };
+        if let Some(outer) = self.ahead.outer(place, side, &opening) {
+            self.planned = Some(match outer {
+                Outer::Wall(wall) => Bend::along(&wall, place.width_m),
+                Outer::Arc(arc) => Bend::within(&arc, place.width_m),
+            });
+        }
+    }
+
+    /// Goes straight on past branches.
+    fn pass(&mut self, outlook: &Outlook, place: &DuctPlace) {
+        if outlook.at_m - BLIND_M > self.along_m {
+            return;
+        }
+        self.passing = outlook.features.openings.map(|open| open.map(|o| [o.from_m, o.to_m.unwrap_or(o.from_m + place.width_m)]));
+        self.take_turn();
+    }
+
+    /// The path where the robot will be: `along_m` farther along its duct than now.
+    pub fn path(&self, along_m: f64, lateral_m: f64, heading_rad: f64) -> PathHere {
+        let pose = [self.along_m + along_m, lateral_m, heading_rad];
+        let (on_path, origin_m) = match self.phase {
+            Phase::Along | Phase::TurningRound | Phase::AtTheEnd(_) => (OnPath { way_m: pose[0], lateral_m, heading_rad, curvature_1_m: 0.0 }, 0.0),
+            Phase::Entering(bend) => (bend.project(pose), bend.start_m),
+            Phase::Leaving(bend) => (bend.project(bend.entry_from_exit(pose)), -bend.length_m()),
+        };
+        let travelled_m = self.before_m + origin_m + on_path.way_m;
+        PathHere { on_path, travelled_m, slowing: self.slowing() }
+    }
+
+    /// The motion that turns the robot round on the spot, or holds it where its route ends; `None` where it is to follow its path.
+    pub fn manoeuvre(&self, heading_rad: f64) -> Option<Twist> {
+        match self.phase {
+            // Anticlockwise, and more slowly toward the end.
+            Phase::TurningRound => {
+                let left_rad = (PI - heading_rad.abs()).max(0.0);
+                let yaw_rate_rad_s = self.params.turn_rate_rad_s.min((2.0 * ROUND_BRAKING_RAD_S2 * left_rad).sqrt().max(0.1));
+                Some(Twist { speed_m_s: 0.0, yaw_rate_rad_s })
+            }
+            Phase::AtTheEnd(_) => Some(Twist::default()),
+            _ => None,
+        }
+    }
+
+    /// By which share to be slower than usual: as bends and ends ask for.
+    fn slowing(&self) -> f64 {
+        let CourseParams { speed_m_s, turn_rate_rad_s, braking_m_s2, stand_off_m, .. } = self.params;
+        let in_bend = |bend: &Bend| (turn_rate_rad_s * bend.radius_m).min(speed_m_s);
+        // The speed from which it can brake to `then` over what is left.
+        let before = |left_m: f64, then: f64| (then * then + 2.0 * braking_m_s2 * left_m.max(0.0)).sqrt();
+        let mut most = speed_m_s;
+        match (&self.phase, &self.planned) {
+            (Phase::Entering(bend) | Phase::Leaving(bend), _) => most = most.min(in_bend(bend)),
+            (Phase::Along, Some(bend)) => most = most.min(before(bend.start_m - self.along_m - 0.05, in_bend(bend))),
+            (Phase::TurningRound | Phase::AtTheEnd(_), _) => most = 0.0,
+            (Phase::Along, None) => {
+                if let Some(at_m) = self.ahead.outlook().features.across_m {
+                    most = most.min(before(at_m - stand_off_m - self.along_m, CREEP_M_S));
+                }
+            }
+        }
+        (1.0 - most / speed_m_s).clamp(0.0, 1.0)
+    }
+}
