@@ -15,22 +15,20 @@ impl Network {
     /// `width_m` wide, half of it on each side of the joint. Bars on floor and ceiling are as long as the duct is wide, those on the walls
     /// stand between them. Both measures must be positive, and the height less than half the duct's.
     pub fn add_beads(&mut self, height_m: f64, width_m: f64, surface: SurfaceId) {
-        let mut first_cell = 0;
-        for joint in 1..self.fittings.len() {
-            let segment = &self.centreline.segments[joint];
-            let bars = bars(segment.width_m, segment.height_m, height_m, width_m);
-            // Only the two fittings' own cells can hold them; cells are in the order of their fittings.
-            let of = |fitting: usize| move |cell: &crate::cell::Cell| cell.fitting == fitting;
-            let before = self.cells[first_cell..].iter().take_while(|cell| of(joint - 1)(cell)).count();
-            let after = self.cells[first_cell + before..].iter().take_while(|cell| of(joint)(cell)).count();
-            let cells = &mut self.cells[first_cell..first_cell + before + after];
-            for (joint_from_bar, size_m) in bars {
-                let bar = Solid::cuboid(&(segment.world_from_start * joint_from_bar), size_m, surface);
-                for cell in cells.iter_mut().filter(|cell| cell.is_reached_by(&bar)) {
-                    cell.solids.push(bar.clone());
+        for (before, after) in self.joined_ports() {
+            let fitting = &self.fittings[after.0];
+            let Some(port) = fitting.port(after.1) else { continue };
+            let world_from_joint = self.world_from_fitting[after.0] * port.entry_from_inward();
+            for (joint_from_bar, size_m) in bars(port.width_m, port.height_m, height_m, width_m) {
+                let bar = Solid::cuboid(&(world_from_joint * joint_from_bar), size_m, surface);
+                // Only the two fittings' own cells can hold it.
+                for fitting in [before.0.min(after.0), before.0.max(after.0)] {
+                    let cells = self.cells_of(fitting);
+                    for cell in self.cells[cells].iter_mut().filter(|cell| cell.is_reached_by(&bar)) {
+                        cell.solids.push(bar.clone());
+                    }
                 }
             }
-            first_cell += before;
         }
     }
 }

@@ -92,6 +92,17 @@ pub struct Cell {
     pub fitting: usize,
 }
 
+/// A plane over the plan: z = z_m + slope_x x + slope_y y.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slant {
+    /// Height over the plan's origin, in metres.
+    pub z_m: f64,
+    /// Rise along x.
+    pub slope_x: f64,
+    /// Rise along y.
+    pub slope_y: f64,
+}
+
 /// A side of a prism: solid sheet, or open over its whole area.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
@@ -113,10 +124,40 @@ impl Plane {
         self.normal.dot(&point.coords) - self.offset_m
     }
 
+    /// The same plane with its normal the other way.
+    fn flipped(&self) -> Self {
+        // Not negated: a plane through the origin has the offset 0, not -0.
+        Self { normal: -self.normal, offset_m: 0.0 - self.offset_m }
+    }
+
     /// The plane moved along with its body: `self` in frame b becomes the same plane in frame a.
     pub fn transformed(&self, a_from_b: &Transform) -> Self {
         let normal = Unit::new_unchecked(a_from_b.rotation * self.normal.into_inner());
         Self { normal, offset_m: self.offset_m + normal.dot(&a_from_b.translation.vector) }
+    }
+}
+
+impl Slant {
+    /// A level plane at this height.
+    pub const fn level(z_m: f64) -> Self {
+        Self { z_m, slope_x: 0.0, slope_y: 0.0 }
+    }
+
+    /// A plane that rises along x from `z_m` at x = 0 to `end_z_m` at `length_m`.
+    pub fn along(z_m: f64, end_z_m: f64, length_m: f64) -> Self {
+        Self { z_m, slope_x: (end_z_m - z_m) / length_m, slope_y: 0.0 }
+    }
+
+    /// Its height over a point of the plan, in metres.
+    pub fn z_m(&self, at: &Point2<f64>) -> f64 {
+        self.z_m + self.slope_x * at.x + self.slope_y * at.y
+    }
+
+    /// The plane itself, its normal upward.
+    fn plane(&self) -> Plane {
+        let up = Vector3::new(0.0 - self.slope_x, 0.0 - self.slope_y, 1.0);
+        let (normal, length) = Unit::new_and_get(up);
+        Plane { normal, offset_m: self.z_m / length }
     }
 }
 
@@ -171,7 +212,7 @@ impl Solid {
         Self { planes: planes.into(), corners, surface }
     }
 
-    fn transformed(&self, a_from_b: &Transform) -> Self {
+    pub(crate) fn transformed(&self, a_from_b: &Transform) -> Self {
         Self {
             planes: self.planes.iter().map(|p| p.transformed(a_from_b)).collect(),
             corners: self.corners.iter().map(|p| a_from_b * p).collect(),
@@ -185,29 +226,26 @@ impl Cell {
     ///
     /// `plan` is anticlockwise seen from above; side i runs from corner i to corner i + 1.
     pub fn prism(plan: &[Point2<f64>], height_m: f64, sides: &[Side], surface: SurfaceId, fitting: usize) -> Self {
+        Self::upright(plan, [Slant::level(0.0), Slant::level(height_m)], sides, surface, fitting)
+    }
+
+    /// A body with upright sides over a convex plan, between two planes that may slope: floor and ceiling. Its first two faces are
+    /// floor and ceiling, the sides follow in order.
+    ///
+    /// `plan` is anticlockwise seen from above; side i runs from corner i to corner i + 1. Over every corner of the plan the ceiling
+    /// must be above the floor.
+    pub fn upright(plan: &[Point2<f64>], slants: [Slant; 2], sides: &[Side], surface: SurfaceId, fitting: usize) -> Self {
         debug_assert_eq!(plan.len(), sides.len());
-        let at = |corner: Point2<f64>, z: f64| Point3::new(corner.x, corner.y, z);
-        let floor: Vec<_> = plan.iter().rev().map(|c| at(*c, 0.0)).collect();
-        let ceiling: Vec<_> = plan.iter().map(|c| at(*c, height_m)).collect();
-        let mut faces = vec![
-            Face {
-                plane: Plane { normal: -Vector3::z_axis(), offset_m: 0.0 },
-                outline: floor,
-                portals: Vec::new(),
-                kind: FaceKind::Floor,
-                surface,
-            },
-            Face {
-                plane: Plane { normal: Vector3::z_axis(), offset_m: height_m },
-                outline: ceiling,
-                portals: Vec::new(),
-                kind: FaceKind::Ceiling,
-                surface,
-            },
-        ];
+        let [floor, ceiling] = slants;
+        let on = |slant: Slant, corner: Point2<f64>| Point3::new(corner.x, corner.y, slant.z_m(&corner));
+        let face = |plane, outline, kind| Face { plane, outline, portals: Vec::new(), kind, surface };
+        let bottom = plan.iter().rev().map(|c| on(floor, *c)).collect();
+        let top = plan.iter().map(|c| on(ceiling, *c)).collect();
+        let mut faces =
+            vec![face(floor.plane().flipped(), bottom, FaceKind::Floor), face(ceiling.plane(), top, FaceKind::Ceiling)];
         for (i, side) in sides.iter().enumerate() {
             let (a, b) = (plan[i], plan[(i + 1) % plan.len()]);
-            let outline = vec![at(a, 0.0), at(b, 0.0), at(b, height_m), at(a, height_m)];
+            let outline = vec![on(floor, a), on(floor, b), on(ceiling, b), on(ceiling, a)];
             let plane = Plane::through(outline[0], outline[1], outline[2]);
             let portals = match side {
                 Side::Wall => Vec::new(),

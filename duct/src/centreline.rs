@@ -4,21 +4,31 @@ use nalgebra::{Point3, Vector3};
 
 use crate::Transform;
 
-/// A piece of the reference path: a line or an arc in the xy plane of its own frame.
+/// A piece of the reference path: seen from above a line or an arc, rising or falling evenly.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
-    /// Pose of the segment's start: x along the path, y left, z up.
+    /// Pose of the segment's start: x along the path seen from above, y left, z *up*, also where the path is pitched.
     pub world_from_start: Transform,
     /// Length along the path, in metres.
     pub length_m: f64,
-    /// Curvature, in 1/m: zero for a line, positive for a left turn.
+    /// Curvature seen from above, in 1/m: zero for a line, positive for a left turn.
     pub curvature_1_m: f64,
-    /// Inside width of the duct, in metres.
+    /// By how much the path rises against the horizontal, in radians.
+    pub pitch_rad: f64,
+    /// Inside width of the duct at the start, in metres.
     pub width_m: f64,
-    /// Inside height of the duct, in metres.
+    /// Inside height of the duct at the start, in metres.
     pub height_m: f64,
+    /// Inside width at the end; between the two it changes evenly.
+    pub end_width_m: f64,
+    /// Inside height at the end.
+    pub end_height_m: f64,
     /// Distance of the segment's start along the whole path, in metres.
     pub start_m: f64,
+    /// Index of the fitting that it runs through.
+    pub fitting: usize,
+    /// Whether the path turns round on the spot where this segment starts: it leads back over what the one before went along.
+    pub turns_back: bool,
 }
 
 /// Where a point stands relative to the path.
@@ -44,24 +54,97 @@ pub struct Centreline {
 }
 
 impl Segment {
-    /// Pose at `along_m` from the segment's start.
+    /// Pose at `along_m` from the segment's start: x along the path, pitched with it.
     pub fn pose_at(&self, along_m: f64) -> Transform {
-        self.world_from_start * start_from_along(self.curvature_1_m, along_m)
+        self.world_from_start * start_from_pitched(self.curvature_1_m, self.pitch_rad, along_m)
     }
 
-    /// (distance along this segment, lateral offset) of a point, not limited to the segment's own length.
+    /// Inside width of the duct at `along_m`, in metres.
+    pub fn width_at_m(&self, along_m: f64) -> f64 {
+        self.between(along_m, self.width_m, self.end_width_m)
+    }
+
+    /// Inside height of the duct at `along_m`, in metres.
+    pub fn height_at_m(&self, along_m: f64) -> f64 {
+        self.between(along_m, self.height_m, self.end_height_m)
+    }
+
+    fn between(&self, along_m: f64, start: f64, end: f64) -> f64 {
+        // Not computed where it is the same: rounding.
+        if start == end { start } else { start + (end - start) * (along_m / self.length_m).clamp(0.0, 1.0) }
+    }
+
+    /// The first `length_m` of it.
+    fn shortened(&self, length_m: f64) -> Self {
+        Self { length_m, end_width_m: self.width_at_m(length_m), end_height_m: self.height_at_m(length_m), ..self.clone() }
+    }
+
+    /// The same piece of path, gone along the other way.
+    fn reversed(&self) -> Self {
+        let end = self.world_from_start * upright(start_from_pitched(self.curvature_1_m, self.pitch_rad, self.length_m));
+        Self {
+            world_from_start: end * half_turn(),
+            curvature_1_m: 0.0 - self.curvature_1_m,
+            pitch_rad: 0.0 - self.pitch_rad,
+            width_m: self.end_width_m,
+            height_m: self.end_height_m,
+            end_width_m: self.width_m,
+            end_height_m: self.height_m,
+            turns_back: false,
+            ..self.clone()
+        }
+    }
+
+    /// (distance along this segment, lateral offset) of a point, both seen from above, not limited to the segment's own length.
     fn project(&self, point: &Point3<f64>) -> (f64, f64) {
         let p = self.world_from_start.inverse() * point;
-        if self.curvature_1_m == 0.0 {
-            return (p.x, p.y);
-        }
-        // The arc's centre lies at y = radius, signed. Seen from there, measured from the start toward the path's direction:
-        let radius = 1.0 / self.curvature_1_m;
-        let side = radius.signum();
-        let (dx, dy) = (p.x, radius - p.y);
-        let angle = libm::atan2(dx, side * dy);
-        (angle * radius.abs(), side * (radius.abs() - (dx * dx + dy * dy).sqrt()))
+        let (level_m, lateral_m) = project_level(self.curvature_1_m, &p);
+        if self.pitch_rad == 0.0 { (level_m, lateral_m) } else { (level_m / libm::cos(self.pitch_rad), lateral_m) }
     }
+}
+
+/// Distance along and offset from a level line or arc that starts at the origin along x.
+fn project_level(curvature_1_m: f64, p: &Point3<f64>) -> (f64, f64) {
+    if curvature_1_m == 0.0 {
+        return (p.x, p.y);
+    }
+    // The arc's centre lies at y = radius, signed. Seen from there, measured from the start toward the path's direction:
+    let radius = 1.0 / curvature_1_m;
+    let side = radius.signum();
+    let (dx, dy) = (p.x, radius - p.y);
+    let angle = libm::atan2(dx, side * dy);
+    (angle * radius.abs(), side * (radius.abs() - (dx * dx + dy * dy).sqrt()))
+}
+
+/// Half a turn about z, exact.
+pub(crate) fn half_turn() -> Transform {
+    let rotation = nalgebra::Unit::new_unchecked(nalgebra::Quaternion::new(0.0, 0.0, 0.0, 1.0));
+    Transform::from_parts(nalgebra::Translation3::identity(), rotation)
+}
+
+/// A pose that is turned about z and pitched, without the pitch: x stays where it points, seen from above.
+fn upright(pose: Transform) -> Transform {
+    let forward = pose.rotation * Vector3::x();
+    Transform::from_parts(pose.translation, turn_about_z(libm::atan2(forward.y, forward.x)))
+}
+
+pub(crate) fn turn_about_z(angle_rad: f64) -> nalgebra::UnitQuaternion<f64> {
+    let (half_s, half_c) = libm::sincos(angle_rad / 2.0);
+    nalgebra::Unit::new_unchecked(nalgebra::Quaternion::new(half_c, 0.0, 0.0, half_s))
+}
+
+/// Pose at `along_m` on a line or arc that starts at the origin along x and rises evenly.
+fn start_from_pitched(curvature_1_m: f64, pitch_rad: f64, along_m: f64) -> Transform {
+    if pitch_rad == 0.0 {
+        return start_from_along(curvature_1_m, along_m);
+    }
+    let (s, c) = libm::sincos(pitch_rad);
+    let (half_s, half_c) = libm::sincos(pitch_rad / 2.0);
+    let level = start_from_along(curvature_1_m, along_m * c);
+    // Up is a negative turn about y.
+    let nose_up = nalgebra::Unit::new_unchecked(nalgebra::Quaternion::new(half_c, 0.0, -half_s, 0.0));
+    let translation = level.translation.vector + Vector3::new(0.0, 0.0, along_m * s);
+    Transform::from_parts(translation.into(), level.rotation * nose_up)
 }
 
 /// Pose at `along_m` on a line or arc that starts at the origin along x.
@@ -70,9 +153,7 @@ pub fn start_from_along(curvature_1_m: f64, along_m: f64) -> Transform {
     let (s, c) = libm::sincos(angle);
     let translation =
         if curvature_1_m == 0.0 { Vector3::new(along_m, 0.0, 0.0) } else { Vector3::new(s, 1.0 - c, 0.0) / curvature_1_m };
-    let (half_s, half_c) = libm::sincos(angle / 2.0);
-    let rotation = nalgebra::Unit::new_unchecked(nalgebra::Quaternion::new(half_c, 0.0, 0.0, half_s));
-    Transform::from_parts(translation.into(), rotation)
+    Transform::from_parts(translation.into(), turn_about_z(angle))
 }
 
 impl Centreline {
@@ -99,8 +180,25 @@ impl Centreline {
         segment.pose_at(distance_m - segment.start_m)
     }
 
-    /// Where a point stands relative to the path. The search starts at segment `near` and follows the path from there, so its
-    /// cost does not grow with the network; a point must not move by more than a segment between two calls.
+    /// The first segment that runs through this fitting; the path's first if none does.
+    pub fn segment_of(&self, fitting: usize) -> usize {
+        self.segments.iter().position(|segment| segment.fitting == fitting).unwrap_or(0)
+    }
+
+    /// Inside width and height of the duct at this distance along the path, in metres.
+    ///
+    /// # Panics
+    /// If the path has no segments.
+    pub fn section_at_m(&self, distance_m: f64) -> [f64; 2] {
+        let segment = self.segment_at(distance_m);
+        let along_m = distance_m - segment.start_m;
+        [segment.width_at_m(along_m), segment.height_at_m(along_m)]
+    }
+
+    /// Where a point stands relative to the path, seen from above. The search starts at segment `near` and follows the path from
+    /// there, so its cost does not grow with the network, and where the path comes by the same place again it stays on its own pass;
+    /// a point must not move by more than a segment between two calls. Where the path turns back, the way back begins for a point
+    /// that has come as far as the path goes, and a point past the turn stands before the start of the way back.
     ///
     /// # Panics
     /// If the path has no segments.
@@ -110,7 +208,7 @@ impl Centreline {
         while index + 1 < self.segments.len() && self.segments[index].project(point).0 > self.segments[index].length_m {
             index += 1;
         }
-        while index > 0 && self.segments[index].project(point).0 < 0.0 {
+        while index > 0 && !self.segments[index].turns_back && self.segments[index].project(point).0 < 0.0 {
             index -= 1;
         }
         let segment = &self.segments[index];
@@ -124,6 +222,55 @@ impl Centreline {
             left: pose.rotation * Vector3::y(),
         }
     }
+
+    /// As [`Self::project`] for something that faces along `facing`, in the world: in a dead end it is on the way back as soon as it
+    /// faces back, although it has not come as far as the path goes.
+    ///
+    /// # Panics
+    /// If the path has no segments.
+    pub fn project_facing(&self, point: &Point3<f64>, facing: &Vector3<f64>, near: usize) -> PathPoint {
+        /// More than 120 degrees off the path's direction is facing back.
+        const FACING_BACK: f64 = -0.5;
+        let at = self.project(point, near);
+        match self.same_place_on_the_way_back(at.segment) {
+            Some(segment) if at.forward.dot(facing) < FACING_BACK * facing.norm() => self.project(point, segment),
+            _ => at,
+        }
+    }
+
+    /// The segment on the way back out of a dead end that goes along the same piece of path as this one on the way in.
+    fn same_place_on_the_way_back(&self, index: usize) -> Option<usize> {
+        let turn = index + 1 + self.segments[index + 1..].iter().position(|segment| segment.turns_back)?;
+        let back = turn + (turn - 1 - index);
+        let (out, other) = (&self.segments[index], self.segments.get(back)?);
+        (out.fitting == other.fitting && out.curvature_1_m == -other.curvature_1_m && out.length_m == other.length_m)
+            .then_some(back)
+    }
+
+    /// Goes on with a segment; it starts where the path ends so far.
+    pub(crate) fn push(&mut self, segment: Segment) {
+        let start_m = self.length_m();
+        self.segments.push(Segment { start_m, ..segment });
+    }
+
+    /// Ends the path `short_m` before where it ends, or midway between there and the start of segment `first` if that is less; then
+    /// goes back along the same way to the start of segment `first`. Gives the index of the first segment on the way back.
+    pub(crate) fn turn_back(&mut self, first: usize, short_m: f64) -> usize {
+        let Some(first_m) = self.segments.get(first).map(|segment| segment.start_m) else { return first };
+        let end_m = self.length_m() - short_m.min((self.length_m() - first_m) / 2.0);
+        while self.segments.len() > first + 1 && self.segments.last().is_some_and(|last| last.start_m >= end_m) {
+            self.segments.pop();
+        }
+        if let Some(last) = self.segments.last_mut() {
+            *last = last.shortened(end_m - last.start_m);
+        }
+        let turn = self.segments.len();
+        for index in (first..turn).rev() {
+            let back = self.segments[index].reversed();
+            self.push(Segment { turns_back: index + 1 == turn, ..back });
+        }
+        turn
+    }
 }
 
 #[cfg(test)]
@@ -135,9 +282,14 @@ mod tests {
             world_from_start: Transform::identity(),
             length_m: 1.0,
             curvature_1_m,
+            pitch_rad: 0.0,
             width_m: 0.5,
             height_m: 0.3,
+            end_width_m: 0.5,
+            end_height_m: 0.3,
             start_m: 0.0,
+            fitting: 0,
+            turns_back: false,
         }
     }
 

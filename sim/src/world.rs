@@ -143,8 +143,7 @@ impl World {
             counter: CollisionCounter::new(physics_hz),
             tick: 0,
             cell,
-            // Where cells of a fitting lie on the path that the fitting gave.
-            segment: network.cells[cell].fitting,
+            segment: network.centreline.segment_of(network.cells[cell].fitting),
             wheel_cells: [cell; 4],
             grip: [grip; 4],
             disturbance: Disturbance::default(),

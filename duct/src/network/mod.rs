@@ -1,12 +1,25 @@
 //! Fittings joined port to port: which cell holds a point, and what a ray meets.
+//!
+//! - `assembly`: pieces joined by name, placed, and refused where they do not fit;
+//! - `overlap`: whether two of them occupy the same space;
+//! - `route`: the path that a turn at each junction makes;
+//! - `exploration`: the route that sees every branch.
+
+mod assembly;
+mod exploration;
+mod overlap;
+mod route;
+
+pub use assembly::{Attached, Join, NetworkError, Piece, PortRef};
+pub use route::{RouteError, Turn};
 
 use nalgebra::{Point3, Unit, Vector3};
 
 use crate::Transform;
-use crate::box_tree::{Bounds, BoxTree};
-use crate::cell::{Beyond, Cell, CellId, Face, Plane, Side, Solid, SurfaceId};
-use crate::centreline::{Centreline, Segment};
-use crate::fitting::{Fitting, FittingError};
+use crate::cell::{Beyond, Cell, CellId, Face, Plane, Solid, SurfaceId};
+use crate::centreline::Centreline;
+use crate::fitting::Fitting;
+use crate::fitting::port::PortName;
 
 /// How an end of a network is finished.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,37 +33,18 @@ pub enum End {
 /// A duct network in the world frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Network {
-    /// Its cells.
+    /// Its cells, in the order of their fittings.
     pub cells: Vec<Cell>,
-    /// Its fittings, in order along the reference path.
+    /// Its fittings, in the order given.
     pub fittings: Vec<Fitting>,
-    /// The reference path.
+    /// What each fitting is called.
+    pub names: Vec<String>,
+    /// Where each fitting's own frame lies.
+    pub world_from_fitting: Vec<Transform>,
+    /// What each port of each fitting leads to.
+    attached: Vec<Vec<(PortName, Attached)>>,
+    /// The reference path: the one straight through, unless another is put in its place.
     pub centreline: Centreline,
-}
-
-/// Why a network cannot be assembled.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum NetworkError {
-    /// There is nothing to assemble.
-    #[error("the duct has no fittings")]
-    Empty,
-    /// A fitting is impossible.
-    #[error("fitting {index}: {error}")]
-    Fitting {
-        /// Its place in the run, from 0.
-        index: usize,
-        /// What is wrong with it.
-        #[source]
-        error: FittingError,
-    },
-    /// Two fittings that are not neighbours occupy the same space.
-    #[error("fittings {first} and {second} overlap")]
-    Overlap {
-        /// The earlier of the two, from 0.
-        first: usize,
-        /// The later.
-        second: usize,
-    },
 }
 
 /// What a ray met.
@@ -69,66 +63,30 @@ pub struct Hit {
 }
 
 impl Network {
-    /// Joins fittings one after the other, the first one's entry at the world's origin.
-    ///
-    /// # Errors
-    /// If there is none, one is impossible, or two overlap.
-    pub fn from_run(fittings: &[Fitting], entry: End, exit: End) -> Result<Self, NetworkError> {
-        if fittings.is_empty() {
-            return Err(NetworkError::Empty);
-        }
-        let end = |end| match end {
-            End::Open => Side::Portal(Beyond::Outside),
-            End::Cap => Side::Wall,
-        };
-        let mut network = Self { cells: Vec::new(), fittings: fittings.to_vec(), centreline: Centreline::default() };
-        let mut world_from_entry = Transform::identity();
-        let mut start_m = 0.0;
-        for (index, fitting) in fittings.iter().enumerate() {
-            fitting.validate().map_err(|error| NetworkError::Fitting { index, error })?;
-            let first = network.cells.len();
-            let count = fitting.cells(first, index, Side::Wall, Side::Wall).len();
-            let before = if index == 0 { end(entry) } else { Side::Portal(Beyond::Cell(first - 1)) };
-            let after = if index + 1 == fittings.len() { end(exit) } else { Side::Portal(Beyond::Cell(first + count)) };
-            let cells = fitting.cells(first, index, before, after);
-            network.cells.extend(cells.iter().map(|cell| cell.transformed(&world_from_entry)));
-            network.centreline.segments.push(Segment {
-                world_from_start: world_from_entry,
-                length_m: fitting.length_m(),
-                curvature_1_m: fitting.curvature_1_m(),
-                width_m: fitting.width_m,
-                height_m: fitting.height_m,
-                start_m,
-            });
-            start_m += fitting.length_m();
-            world_from_entry *= fitting.entry_from_exit();
-        }
-        match network.overlap() {
-            Some((first, second)) => Err(NetworkError::Overlap { first, second }),
-            None => Ok(network),
-        }
+    /// Indices of a fitting's cells. Cells are in the order of their fittings.
+    pub fn cells_of(&self, fitting: usize) -> std::ops::Range<CellId> {
+        let start = self.cells.partition_point(|cell| cell.fitting < fitting);
+        start..self.cells.partition_point(|cell| cell.fitting <= fitting)
     }
 
-    /// The first pair of fittings whose insides intersect by more than a millimetre.
-    ///
-    /// Cells are prisms on one floor, so two are apart exactly when a wall's plane of one of them has the other wholly on its
-    /// outside (separating axes in the plan). Cells whose boxes do not meet need no look at their planes.
-    fn overlap(&self) -> Option<(usize, usize)> {
-        const TOLERANCE_M: f64 = 1e-3;
-        let apart = |a: &Cell, b: &Cell| {
-            a.faces
-                .iter()
-                .any(|face| b.faces.iter().flat_map(|f| &f.outline).all(|corner| face.plane.distance(corner) >= -TOLERANCE_M))
-        };
-        let bounds: Vec<Bounds> = self.cells.iter().map(Cell::bounds).collect();
-        let tree = BoxTree::new(&bounds);
-        self.cells.iter().zip(&bounds).enumerate().find_map(|(i, (a, bounds))| {
-            let bites = |j: usize| {
-                let b = &self.cells[j];
-                a.fitting != b.fitting && !apart(a, b) && !apart(b, a)
-            };
-            tree.first(i + 1, bounds, bites).map(|j| (a.fitting, self.cells[j].fitting))
-        })
+    /// Each join once, in the order of the later fitting, then of its ports: the port of the earlier fitting, then that of the later.
+    pub fn joined_ports(&self) -> Vec<(PortRef, PortRef)> {
+        let mut joins = Vec::new();
+        for (piece, ports) in self.attached.iter().enumerate() {
+            for (name, what) in ports {
+                if let Attached::Port(other) = *what
+                    && other < (piece, *name)
+                {
+                    joins.push((other, (piece, *name)));
+                }
+            }
+        }
+        joins
+    }
+
+    /// Pose of a port in the world, x out of its fitting; `None` if there is no such port.
+    pub fn world_from_port(&self, (piece, port): PortRef) -> Option<Transform> {
+        Some(self.world_from_fitting.get(piece)? * self.fittings[piece].port(port)?.entry_from_port)
     }
 
     /// Puts a solid, given in the world frame, into every cell that it reaches into.
