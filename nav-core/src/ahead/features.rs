@@ -11,7 +11,7 @@ const OPENING_M: f64 = 0.12;
 /// Closed wall of at least this length ends an opening, in metres.
 const CLOSES_M: f64 = 0.06;
 /// Bins without a verdict that an opening or a wall may go over, in metres.
-const GAP_M: f64 = 0.14;
+const GAP_M: f64 = 0.2;
 /// Rays that ended across the duct within three bins for something to stand there.
 const ACROSS_RAYS: f64 = 24.0;
 /// What stands across is believed if it was seen at one place while the robot moved by so much, in metres: a ceiling that a laser meets far
@@ -84,7 +84,9 @@ impl Strip {
         let place = |number: i64| number as f64 * BIN_M;
         let verdict = |number: i64| self.bin(number).map_or(Verdict::Unknown, |bin| bin.flanks[side].verdict());
         let gap = (GAP_M / BIN_M) as i64;
-        let mut closed_to = bins.start;
+        // Beside the robot nothing is seen: its wall is taken to begin where it is seen first.
+        let first = bins.clone().find(|number| verdict(*number) != Verdict::Unknown);
+        let mut closed_to = first.unwrap_or(bins.start);
         let mut run: Option<(i64, i64)> = None;
         let mut closes = 0;
         for number in bins.start..end {
@@ -109,7 +111,9 @@ impl Strip {
                         closes = 0;
                     }
                 }
-                (Verdict::Closed, None) => closed_to = number + 1,
+                // What is closed beyond a piece that was not seen may be another wall's.
+                (Verdict::Closed, None) if number - closed_to <= gap => closed_to = number + 1,
+                (Verdict::Closed, None) => {}
                 (Verdict::Unknown, Some((first, last))) => {
                     let is_opening = (*last - *first) as f64 * BIN_M >= OPENING_M;
                     if number - *last > gap && !is_opening {

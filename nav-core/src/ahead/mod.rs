@@ -23,7 +23,7 @@ pub use outer_arc::OuterArc;
 pub use outer_wall::OuterWall;
 pub use outlook::{Fitting, Outlook, Side};
 pub use strip::DuctPlace;
-use strip::{Ray, Strip};
+use strip::{Ray, RayEnd, Strip};
 
 use crate::perception::side_walls::SideWalls;
 use crate::perception::{RangePoint, Upon};
@@ -95,18 +95,20 @@ impl Ahead {
         let from = place.duct_from_base(self.camera_m[0], self.camera_m[1]);
         let mut kept = if self.points.len() == FRAMES { self.points.pop_front() } else { self.spare.pop() }.unwrap_or_default();
         kept.clear();
-        let rays = ranges.iter().filter_map(|range| {
+        let rays = ranges.iter().map(|range| {
             let point = range.point_in_base;
             let to = place.duct_from_base(point.x, point.y);
             let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
-            let on_floor = range.upon == Upon::Floor;
-            if dx * dx + dy * dy > FARTHEST_M * FARTHEST_M {
-                return None;
+            let range_m = (dx * dx + dy * dy).sqrt();
+            if range_m > FARTHEST_M {
+                let share = FARTHEST_M / range_m;
+                return Ray { from, to: [from[0] + share * dx, from[1] + share * dy], end: RayEnd::Beyond };
             }
-            if !on_floor {
+            let end = if range.upon == Upon::Floor { RayEnd::Floor } else { RayEnd::Surface };
+            if end == RayEnd::Surface {
                 kept.push(to);
             }
-            Some(Ray { from, to, on_floor })
+            Ray { from, to, end }
         });
         self.strip.take(place, rays);
         self.points.push_back(kept);

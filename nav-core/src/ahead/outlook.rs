@@ -83,6 +83,8 @@ const FRAMES: u32 = 8;
 const HOLDS: f64 = 0.7;
 /// Both openings belong to one fitting if the second begins within this many widths of the first.
 const TOGETHER_WIDTHS: f64 = 1.2;
+/// What stands across no farther than this beyond an opening is the opening's own far side, in widths.
+const ENDS_WIDTHS: f64 = 0.5;
 /// Beyond an opening the middle must be seen free by this many widths for the duct to go on.
 const GOES_ON_WIDTHS: f64 = 0.4;
 /// A wall that is not seen to be closed up to this short of the end leaves a dead end in doubt, in widths.
@@ -128,9 +130,9 @@ fn classify(features: &Features, place: &DuctPlace) -> (Fitting, f64) {
     // An opening much farther on than the first belongs to the next fitting.
     let here = |opening: Option<Opening>| opening.filter(|o| o.from_m <= nearer + TOGETHER_WIDTHS * width_m);
     let (left, right) = (here(left), here(right));
-    let last_m = left.iter().chain(&right).map(|o| o.to_m.unwrap_or(o.open_to_m)).fold(f64::NEG_INFINITY, f64::max);
+    let last_m = left.iter().chain(&right).map(|o| o.to_m.unwrap_or(o.from_m + width_m)).fold(f64::NEG_INFINITY, f64::max);
     // What stands across ends this fitting if it is not beyond the openings' own far sides.
-    let across = features.across_m.filter(|at| !nearer.is_finite() || *at <= last_m + 0.5 * width_m);
+    let across = features.across_m.filter(|at| !nearer.is_finite() || *at <= last_m + ENDS_WIDTHS * width_m);
     let goes_on = features.free_to_m >= last_m + GOES_ON_WIDTHS * width_m;
     match (left, right, across) {
         (Some(_), Some(_), Some(_)) => (Fitting::BullheadTee, nearer),

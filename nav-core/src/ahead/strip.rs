@@ -90,8 +90,19 @@ pub(super) struct Strip {
 pub(super) struct Ray {
     pub(super) from: [f64; 2],
     pub(super) to: [f64; 2],
-    /// Whether it ended on the floor.
-    pub(super) on_floor: bool,
+    /// On what it ended.
+    pub(super) end: RayEnd,
+}
+
+/// On what a ray ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum RayEnd {
+    /// The floor.
+    Floor,
+    /// Something else.
+    Surface,
+    /// Nothing so near: it was cut off here.
+    Beyond,
 }
 
 impl Strip {
@@ -156,7 +167,7 @@ impl Strip {
         }
     }
 
-    fn ray(&mut self, Ray { from, to, on_floor }: &Ray, half_m: f64, robot_m: f64) {
+    fn ray(&mut self, Ray { from, to, end }: &Ray, half_m: f64, robot_m: f64) {
         let (along, across) = (to[0] - from[0], to[1] - from[1]);
         let range_m = (along * along + across * across).sqrt();
         let on_wall_m = ON_WALL_M + ON_WALL_SHARE * range_m;
@@ -170,11 +181,13 @@ impl Strip {
             if let Some(bin) = self.bin_mut(Self::number(leaves_m)) {
                 bin.flanks[side].open += 1.0;
             }
+        } else if *end == RayEnd::Beyond {
+            // It is free, and nothing more.
         } else if beyond_m > -on_wall_m {
             if let Some(bin) = self.bin_mut(Self::number(to[0])) {
                 bin.flanks[side].closed += 1.0;
             }
-        } else if *on_floor {
+        } else if *end == RayEnd::Floor {
             if let Some(bin) = self.bin_mut(Self::number(to[0])) {
                 bin.floor[0] += 1.0;
             }
