@@ -1,55 +1,10 @@
 //! What lies ahead is told from ranges: plans of fittings, drawn here as walls, are met by rays as a line scanner's would be, and the robot
 //! moves towards them.
 
-use ductloop_nav::ahead::{Ahead, DuctPlace, Fitting, Side};
-use ductloop_nav::perception::{RangePoint, Upon};
-use nalgebra::Point3;
+mod plan;
 
-/// A wall from one point to another, in metres.
-type Wall = [[f64; 2]; 2];
-
-const WIDTH_M: f64 = 0.5;
-const HALF_M: f64 = WIDTH_M / 2.0;
-/// The camera stands so far ahead of the base's origin, in metres, and sees so far to each side, in radians.
-const CAMERA_M: f64 = 0.12;
-const VIEW_RAD: f64 = 0.7;
-const BLOCKS: usize = 160;
-/// Range at which a laser that rises meets the ceiling, in metres.
-const CEILING_M: f64 = 2.6;
-/// The junctions begin here, in metres.
-const AT_M: f64 = 3.0;
-
-/// What a scanner at a pose of the duct (along, left, heading) sees, with ranges off by up to `noise` of a pixel's worth.
-fn scan(walls: &[Wall], pose: [f64; 3], noise: f64) -> Vec<RangePoint> {
-    let (sin, cos) = libm::sincos(pose[2]);
-    let from = [pose[0] + cos * CAMERA_M, pose[1] + sin * CAMERA_M];
-    let mut points = Vec::new();
-    for block in 0..BLOCKS {
-        // Blocks are equally wide in the image, from the left.
-        let tangent = libm::tan(VIEW_RAD) * (1.0 - 2.0 * (block as f64 + 0.5) / BLOCKS as f64);
-        let bearing = libm::atan(tangent);
-        let (way_y, way_x) = libm::sincos(pose[2] + bearing);
-        let hit = |wall: &Wall| {
-            let [a, b] = *wall;
-            let (ex, ey) = (b[0] - a[0], b[1] - a[1]);
-            let determinant = way_y * ex - way_x * ey;
-            if determinant.abs() < 1e-12 {
-                return None;
-            }
-            let (dx, dy) = (a[0] - from[0], a[1] - from[1]);
-            let range = (dy * ex - dx * ey) / determinant;
-            let share = (dy * way_x - dx * way_y) / determinant;
-            (range > 1e-6 && (0.0..=1.0).contains(&share)).then_some(range)
-        };
-        let range = walls.iter().filter_map(hit).fold(CEILING_M, f64::min);
-        // Depth is 22.7 / row: a pixel is worth depth squared over 22.7.
-        let sway = libm::sin(12.9898 * block as f64 + 78.233 * pose[0]) * noise;
-        let range = range + sway * range * range / 22.7;
-        let (x, y) = (CAMERA_M + libm::cos(bearing) * range, libm::sin(bearing) * range);
-        points.push(RangePoint { point_in_base: Point3::new(x, y, 0.1), laser: 0, block, upon: Upon::Upright });
-    }
-    points
-}
+use ductloop_nav::ahead::{Ahead, DuctPlace, Fitting};
+use plan::{AT_M, CAMERA_M, HALF_M, WIDTH_M, Wall, plans, scan, side_wall};
 
 /// Drives along the middle from the duct's beginning; returns, frame by frame, where the robot was and what it took the fitting for.
 fn drive(walls: &[Wall], to_m: f64, noise: f64) -> Vec<(f64, Fitting)> {
@@ -63,62 +18,6 @@ fn drive(walls: &[Wall], to_m: f64, noise: f64) -> Vec<(f64, Fitting)> {
         })
         .take_while(|(along_m, _)| *along_m < to_m)
         .collect()
-}
-
-fn side_wall(y: f64, from_m: f64, to_m: f64) -> Wall {
-    [[from_m, y], [to_m, y]]
-}
-
-fn across(s: f64, from_y: f64, to_y: f64) -> Wall {
-    [[s, from_y], [s, to_y]]
-}
-
-/// Fittings at [`AT_M`], with branches as wide as the duct and long.
-fn plans() -> Vec<(Fitting, Vec<Wall>)> {
-    let (w, far) = (WIDTH_M, 9.0);
-    let (left, right) = (HALF_M, -HALF_M);
-    let whole = |y| side_wall(y, 0.0, far);
-    let elbow = vec![side_wall(left, 0.0, AT_M), side_wall(right, 0.0, AT_M + w), across(AT_M, left, far), across(AT_M + w, right, far)];
-    // A radius elbow with a throat of 3/4 of its width.
-    let (throat, heel) = (0.75 * w, 1.75 * w);
-    let arc = |radius: f64| {
-        let at = move |i: usize| {
-            let (sin, cos) = libm::sincos(std::f64::consts::FRAC_PI_2 * i as f64 / 12.0);
-            [AT_M + radius * sin, left + throat - radius * cos]
-        };
-        (0..12).map(move |i| [at(i), at(i + 1)])
-    };
-    let radius_elbow: Vec<Wall> = [side_wall(left, 0.0, AT_M), side_wall(right, 0.0, AT_M)]
-        .into_iter()
-        .chain(arc(throat))
-        .chain(arc(heel))
-        .chain([across(AT_M + throat, left + throat, far), across(AT_M + heel, left + throat, far)])
-        .collect();
-    let branch = |sign: f64| {
-        let (near, other) = (sign * HALF_M, -sign * HALF_M);
-        vec![
-            side_wall(near, 0.0, AT_M),
-            side_wall(near, AT_M + w, far),
-            across(AT_M, near, sign * far),
-            across(AT_M + w, near, sign * far),
-            whole(other),
-        ]
-    };
-    let stem = [side_wall(left, 0.0, AT_M), side_wall(right, 0.0, AT_M)];
-    let bullhead: Vec<Wall> = stem.into_iter().chain([across(AT_M + w, -far, far), across(AT_M, left, far), across(AT_M, right, -far)]).collect();
-    let cross: Vec<Wall> = branch(1.0).into_iter().chain(branch(-1.0)).filter(|wall| *wall != whole(left) && *wall != whole(right)).collect();
-    let mirrored = |walls: &[Wall]| walls.iter().map(|[a, b]| [[a[0], -a[1]], [b[0], -b[1]]]).collect::<Vec<Wall>>();
-    vec![
-        (Fitting::Elbow(Side::Right), mirrored(&elbow)),
-        (Fitting::Elbow(Side::Left), elbow),
-        (Fitting::Elbow(Side::Right), mirrored(&radius_elbow)),
-        (Fitting::Elbow(Side::Left), radius_elbow),
-        (Fitting::Branch(Side::Left), branch(1.0)),
-        (Fitting::Branch(Side::Right), branch(-1.0)),
-        (Fitting::BullheadTee, bullhead),
-        (Fitting::Cross, cross),
-        (Fitting::DeadEnd, stem.into_iter().chain([across(AT_M, right, left)]).collect()),
-    ]
 }
 
 /// From one and a half widths before it on each fitting is told for what it is, and never is it taken for another one.

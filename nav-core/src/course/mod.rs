@@ -1,6 +1,7 @@
 //! Where the robot is to go: along its duct, and at each fitting the way that its route names.
 //!
 //! - [`route`]: the ways to take;
+//! - [`Mission`]: a route, or every branch;
 //! - [`bend`]: the path through a bend, and poses against it;
 //! - [`Course`]: follows both, from duct to duct.
 //!
@@ -8,6 +9,8 @@
 //! those of the duct behind it. Until the walls of that duct are seen it goes by its wheels.
 
 pub mod bend;
+mod itinerary;
+mod log;
 pub mod route;
 
 use std::f64::consts::PI;
@@ -16,13 +19,16 @@ use crate::ahead::{Ahead, DuctPlace, Fitting, Outer, Outlook, Side, Stretch};
 use crate::control::Twist;
 use crate::perception::RangePoint;
 use bend::{Bend, OnPath};
+pub use itinerary::Mission;
+use itinerary::Itinerary;
+pub use log::{DuctRecord, Log};
 use route::Turn;
 
 /// Parameters of a course.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CourseParams {
-    /// Which way to take at each junction; where it is over, straight on.
-    pub route: Vec<Turn>,
+    /// Where to go.
+    pub mission: Mission,
     /// The robot's usual speed, in m/s.
     pub speed_m_s: f64,
     /// Largest yaw rate in a bend, in rad/s: the robot slows down to it.
@@ -38,7 +44,7 @@ pub struct CourseParams {
 impl Default for CourseParams {
     fn default() -> Self {
         Self {
-            route: Vec::new(),
+            mission: Mission::Route(Vec::new()),
             speed_m_s: 0.3,
             turn_rate_rad_s: 0.7,
             braking_m_s2: 0.15,
@@ -131,14 +137,16 @@ pub struct Course {
     phase: Phase,
     /// The bend that lies ahead, as planned by the last frames.
     planned: Option<Bend>,
-    /// Next turn of the route.
-    next: usize,
+    itinerary: Itinerary,
+    log: Log,
     /// A junction that is passed straight through: where its left and its right wall are open, in metres along the duct.
     passing: [Option<[f64; 2]>; 2],
     /// Along the duct, in metres.
     along_m: f64,
     /// Way along the path up to this duct's coordinate zero, in metres.
     before_m: f64,
+    /// The fitting that the robot goes through, or went through last.
+    taken: Fitting,
     /// Junctions taken.
     junctions: u32,
 }
@@ -148,20 +156,32 @@ impl Course {
     pub fn new(params: CourseParams) -> Self {
         Self {
             ahead: Ahead::new(params.camera_m),
-            params,
             phase: Phase::Along,
             planned: None,
-            next: 0,
+            itinerary: Itinerary::new(params.mission.clone()),
+            log: Log::default(),
             passing: [None; 2],
             along_m: 0.0,
             before_m: 0.0,
+            taken: Fitting::Unknown,
             junctions: 0,
+            params,
         }
     }
 
     /// What is seen ahead.
     pub fn outlook(&self) -> &Outlook {
         self.ahead.outlook()
+    }
+
+    /// What was driven through.
+    pub fn log(&self) -> &Log {
+        &self.log
+    }
+
+    /// A pose in the present duct (lateral offset and heading), in the frame of the first duct: along it, to its left, heading.
+    pub fn first_from_base(&self, lateral_m: f64, heading_rad: f64) -> [f64; 3] {
+        self.log.first_from([self.along_m, lateral_m, heading_rad])
     }
 
     /// Junctions taken so far.
@@ -240,7 +260,10 @@ impl Course {
         }
         let pose = [place.along_m, place.lateral_m, place.heading_rad];
         match self.phase {
-            Phase::Along => self.plan(place),
+            Phase::Along => {
+                self.log.measured(place.width_m);
+                self.plan(place);
+            }
             Phase::Entering(bend) => {
                 let way_m = bend.project(pose).way_m;
                 return (way_m > bend.length_m() / 2.0).then(|| self.change_over(bend, pose));
@@ -258,11 +281,12 @@ impl Course {
     /// The same duct, the other way.
     fn turned_round(&mut self, place: &DuctPlace) -> Entered {
         self.before_m += self.along_m;
+        self.log.turned_round(self.along_m, place.width_m);
         self.along_m = 0.0;
         self.phase = Phase::Along;
         self.planned = None;
         self.passing = [None; 2];
-        self.next += 1;
+        self.itinerary.took(Fitting::DeadEnd);
         self.ahead.enter();
         Entered {
             lateral_m: [-place.lateral_m, LATERAL_DOUBT_M],
@@ -275,6 +299,7 @@ impl Course {
     fn change_over(&mut self, bend: Bend, pose: [f64; 3]) -> Entered {
         let [along_m, lateral_m, heading_rad] = bend.exit_from_entry(pose);
         self.before_m += bend.start_m + bend.length_m();
+        self.log.left_by(self.taken, &bend, along_m);
         self.along_m = along_m;
         self.phase = Phase::Leaving(bend);
         self.passing = [None; 2];
@@ -295,7 +320,7 @@ impl Course {
             }
             return;
         }
-        let turn = self.params.route.get(self.next).copied();
+        let turn = self.itinerary.turn(outlook.fitting);
         match (outlook.fitting, turn) {
             (Fitting::Elbow(side), _) => self.plan_bend(place, &outlook, side),
             (Fitting::Branch(Side::Left) | Fitting::Cross | Fitting::BullheadTee, Some(Turn::Left)) => {
@@ -310,8 +335,9 @@ impl Course {
         if let Some(bend) = self.planned {
             if self.along_m > bend.start_m - COMMITTED_M {
                 if !matches!(outlook.fitting, Fitting::Elbow(_)) {
-                    self.take_turn();
+                    self.take_turn(outlook.fitting);
                 }
+                self.taken = outlook.fitting;
                 self.phase = Phase::Entering(bend);
             }
         } else if outlook.features.across_m.is_some_and(|at_m| self.along_m >= at_m - self.params.stand_off_m - AT_REST_M) {
@@ -325,8 +351,8 @@ impl Course {
         }
     }
 
-    fn take_turn(&mut self) {
-        self.next += 1;
+    fn take_turn(&mut self, fitting: Fitting) {
+        self.itinerary.took(fitting);
         self.junctions += 1;
     }
 
@@ -350,7 +376,7 @@ impl Course {
             return;
         }
         self.passing = outlook.features.openings.map(|open| open.map(|o| [o.from_m, o.to_m.unwrap_or(o.from_m + place.width_m)]));
-        self.take_turn();
+        self.take_turn(outlook.fitting);
     }
 
     /// The path where the robot will be: `along_m` farther along its duct than now.
