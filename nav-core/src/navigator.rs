@@ -65,6 +65,8 @@ pub enum Reason {
     RouteEnds,
     /// The duct ends, and the route does not say that it is to turn back.
     DeadEnd,
+    /// Something stands in the way.
+    Obstacle,
     /// How the duct goes on cannot be told.
     NoWayKnown,
     /// The way that the route names is not there.
@@ -78,6 +80,7 @@ impl Reason {
         match end {
             End::Route => Self::RouteEnds,
             End::DeadEnd => Self::DeadEnd,
+            End::Obstacle => Self::Obstacle,
             End::Unknown => Self::NoWayKnown,
             End::NoSuchWay => Self::NoSuchWay,
         }

@@ -90,7 +90,17 @@ fn offers(fitting: Fitting) -> Vec<Turn> {
         Fitting::BullheadTee => vec![Turn::Left, Turn::Right],
         Fitting::Cross => vec![Turn::Left, Turn::Straight, Turn::Right],
         Fitting::DeadEnd => vec![Turn::TurnBack],
-        Fitting::Unknown | Fitting::Straight => vec![],
+        Fitting::Transition => vec![Turn::Straight],
+        Fitting::Unknown | Fitting::Straight | Fitting::Obstacle => vec![],
+    }
+}
+
+/// Where the middle of the duct behind a transition lies.
+fn middle_behind(index: usize) -> f64 {
+    match index {
+        10 => (HALF_M - 0.35) / 2.0,
+        11 => (0.15 - HALF_M) / 2.0,
+        _ => 0.0,
     }
 }
 
@@ -100,7 +110,7 @@ fn the_way_that_the_route_names_is_taken() {
     for (index, (fitting, walls)) in plans().into_iter().enumerate() {
         for turn in offers(fitting) {
             // An elbow is no choice.
-            let route = if matches!(fitting, Fitting::Elbow(_)) { vec![] } else { vec![turn] };
+            let route = if matches!(fitting, Fitting::Elbow(_) | Fitting::Transition) { vec![] } else { vec![turn] };
             let mut robot = Robot::new(&route);
             let case = format!("{index}, {fitting:?}, {turn:?}");
             let (x, y) = (|robot: &Robot| robot.pose[0], |robot: &Robot| robot.pose[1]);
@@ -117,7 +127,7 @@ fn the_way_that_the_route_names_is_taken() {
             let middle = if radius_elbow { AT_M + 0.75 * WIDTH_M + HALF_M } else { AT_M + HALF_M };
             let off_m = match turn {
                 Turn::Left | Turn::Right => robot.pose[0] - middle,
-                _ => robot.pose[1],
+                _ => robot.pose[1] - middle_behind(index),
             };
             let found = robot.course.first_from_base(robot.lateral_m, robot.heading_rad);
             let drift_m = libm::hypot(found[0] - robot.pose[0], found[1] - robot.pose[1]);
@@ -135,6 +145,7 @@ fn it_stands_where_its_route_ends() {
         (Fitting::DeadEnd, vec![], End::DeadEnd),
         (Fitting::DeadEnd, vec![Turn::Stop], End::Route),
         (Fitting::DeadEnd, vec![Turn::Left], End::NoSuchWay),
+        (Fitting::Obstacle, vec![], End::Obstacle),
         (Fitting::BullheadTee, vec![], End::NoSuchWay),
         (Fitting::BullheadTee, vec![Turn::Straight], End::NoSuchWay),
     ] {
@@ -142,7 +153,7 @@ fn it_stands_where_its_route_ends() {
         let mut robot = Robot::new(&route);
         assert!(robot.until(&walls, |robot| robot.course.end().is_some()), "{fitting:?} {route:?}: {:?}", robot.pose);
         assert_eq!(robot.course.end(), Some(end), "{fitting:?} {route:?}");
-        let front_m = if fitting == Fitting::DeadEnd { AT_M } else { AT_M + WIDTH_M };
+        let front_m = if fitting == Fitting::BullheadTee { AT_M + WIDTH_M } else { AT_M };
         assert!((0.2..0.3).contains(&(front_m - robot.pose[0])), "{fitting:?} {route:?}: {:?}", robot.pose);
     }
 }

@@ -1,6 +1,7 @@
 //! What the strip shows: openings in the side walls, and what stands across.
 
-use super::strip::{BIN_M, Flank, Strip};
+use super::change::WallChange;
+use super::strip::{BIN_M, Flank, Strip, widened};
 
 /// Fewest rays that say that a wall's bin is open, or closed.
 const FEWEST_RAYS: f64 = 3.0;
@@ -17,6 +18,12 @@ const ACROSS_RAYS: f64 = 24.0;
 /// What stands across is believed if it was seen at one place while the robot moved by so much, in metres: a ceiling that a laser meets far
 /// ahead goes along with the robot, and a wall does not.
 const PARALLAX_M: f64 = 0.06;
+/// What is seen behind a wall's line stands across if it spreads so much across for what it spreads along, which far ranges blur.
+const ACROSS_SHARE: f64 = 0.6;
+/// What is seen so far behind a wall's line, as a share of half the duct's width, is seen through an opening.
+const DEEP_SHARE: f64 = 0.8;
+/// An opening and a wall that leaves its line begin at one place within this, in metres.
+const SAME_M: f64 = 0.15;
 /// Free rays over those that ended, beyond which nothing stands there.
 const FREE_SHARE: f64 = 4.0;
 
@@ -38,8 +45,12 @@ pub struct Features {
     pub openings: [Option<Opening>; 2],
     /// Where something stands across the middle, in metres along the duct.
     pub across_m: Option<f64>,
+    /// How far that reaches to the right and to the left of the middle, in metres.
+    pub across_reach_m: [f64; 2],
     /// How far the middle is known to be free, in metres along the duct.
     pub free_to_m: f64,
+    /// Where the left and the right wall leave their lines without ending.
+    pub changes: [Option<WallChange>; 2],
     /// How far the left and the right wall are known to be closed without an opening, in metres along the duct.
     pub closed_to_m: [f64; 2],
 }
@@ -66,15 +77,32 @@ impl Flank {
 
 impl Strip {
     /// What is ahead of a robot at `along_m`.
-    pub(super) fn features(&self, along_m: f64) -> Features {
-        let across_m = self.across(along_m);
+    pub(super) fn features(&self, along_m: f64, half_m: f64) -> Features {
+        let (across_m, across_reach_m) = self.across(along_m).map_or((None, [0.0; 2]), |(at, reach)| (Some(at), reach));
         let [left, right] = [0, 1].map(|side| self.wall(side, along_m, across_m));
+        let until = across_m.map_or(i64::MAX, Self::number);
+        let changes = [0, 1].map(|side| self.change(side, along_m, half_m, until));
+        // Rays that reach a wall which has left its line outwards have passed through no opening.
+        let opening = |opening: Option<Opening>, side: usize| {
+            let is_wall = |o: &Opening| changes[side].is_some_and(|change| change.from_m <= o.from_m + SAME_M);
+            opening.filter(|o| !is_wall(o) && (across_m.is_some() || self.is_deep(side, o, half_m)))
+        };
         Features {
-            openings: [left.0, right.0],
+            openings: [opening(left.0, 0), opening(right.0, 1)],
+            changes,
             across_m,
+            across_reach_m,
             free_to_m: self.free_to(along_m),
             closed_to_m: [left.1, right.1],
         }
+    }
+
+    /// Whether what is behind an opening stands across its own way, or is far behind it. A wall that has left its line is neither.
+    fn is_deep(&self, side: usize, opening: &Opening, half_m: f64) -> bool {
+        let bins = Self::number(opening.from_m)..Self::number(opening.open_to_m);
+        let ends = bins.filter_map(|number| self.bin(number)?.flanks[side].ends_m);
+        let Some([along_m, offset_m]) = ends.fold(None, |all, ends| Some(widened(all, ends))) else { return false };
+        offset_m[1] - offset_m[0] > ACROSS_SHARE * (along_m[1] - along_m[0]) || offset_m[1] - half_m > DEEP_SHARE * half_m
     }
 
     /// The next opening of a side's wall, and how far the wall is closed.
@@ -131,8 +159,8 @@ impl Strip {
         (opening, opening.map_or(place(closed_to), |opening| opening.from_m))
     }
 
-    /// Where something stands across the middle.
-    fn across(&self, along_m: f64) -> Option<f64> {
+    /// Where something stands across the middle, and how far it reaches to the right and to the left.
+    fn across(&self, along_m: f64) -> Option<(f64, [f64; 2])> {
         let bins = self.ahead_of(along_m);
         for number in bins.start + 3..bins.end - 1 {
             let three = [-1, 0, 1].map(|by| self.bin(number + by).map(|bin| bin.inside).unwrap_or_default());
@@ -144,7 +172,8 @@ impl Strip {
             let to_m = hit().map(|inside| inside.seen_from_m[1]).fold(f64::NEG_INFINITY, f64::max);
             if is_peak && hits >= ACROSS_RAYS && free <= FREE_SHARE * hits && to_m - from_m >= PARALLAX_M {
                 let mean: f64 = [-1.0, 0.0, 1.0].iter().zip(&three).map(|(by, inside)| by * inside.hits).sum::<f64>() / hits;
-                return Some((number as f64 + 0.5 + mean) * BIN_M);
+                let reach = |side: usize, pick: fn(f64, f64) -> f64| hit().map(|inside| inside.reach_m[side]).fold(0.0, pick);
+                return Some(((number as f64 + 0.5 + mean) * BIN_M, [reach(0, f64::min), reach(1, f64::max)]));
             }
         }
         None

@@ -3,11 +3,13 @@
 //! In data-flow order:
 //!
 //! - `strip`: rays counted in bins along the way: walls closed or open, the inside free or not;
+//! - `change`: side walls that leave their lines without ending;
 //! - `features`: openings in the walls, and what stands across;
 //! - `flanks`: the side walls up to where they end;
 //! - [`outlook`]: which fitting that is, and how sure;
 //! - `outer_wall`, `outer_arc`: the wall that a bend turns along: its direction and place.
 
+mod change;
 mod features;
 mod flanks;
 mod outer_arc;
@@ -17,6 +19,7 @@ mod strip;
 
 use std::collections::VecDeque;
 
+pub use change::WallChange;
 pub use features::{Features, Opening};
 pub use flanks::Stretch;
 pub use outer_arc::OuterArc;
@@ -112,7 +115,7 @@ impl Ahead {
         });
         self.strip.take(place, rays);
         self.points.push_back(kept);
-        self.outlook = self.watch.look(self.strip.features(place.along_m), place);
+        self.outlook = self.watch.look(self.strip.features(place.along_m, place.width_m / 2.0), place);
         &self.outlook
     }
 

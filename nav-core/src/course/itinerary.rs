@@ -44,6 +44,11 @@ impl Itinerary {
         Self { mission, next: 0, nodes: Vec::new(), returns: false }
     }
 
+    /// Whether this fitting is one at which there is a choice.
+    pub(super) fn has_say(&self, fitting: Fitting) -> bool {
+        fitting == Fitting::DeadEnd || !exits(fitting).is_empty()
+    }
+
     /// The turn at this fitting; `None` where nothing is said of it.
     pub(super) fn turn(&self, fitting: Fitting) -> Option<Turn> {
         match &self.mission {

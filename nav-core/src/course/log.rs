@@ -1,6 +1,6 @@
 //! What the robot has driven through, as it found it: the frame of each duct in the frame of the first, and the ducts in order.
 
-use super::bend::Bend;
+use super::passage::Passage;
 use crate::ahead::Fitting;
 
 /// A duct that was driven through, from where it was entered to where it was left.
@@ -58,14 +58,14 @@ impl Log {
         }
     }
 
-    /// The present duct was left through a bend.
-    pub(super) fn left_by(&mut self, fitting: Fitting, bend: &Bend, along_m: f64) {
-        let zero = self.first_from(bend.entry_from_exit([0.0; 3]));
+    /// The present duct was left through a passage.
+    pub(super) fn left_by(&mut self, fitting: Fitting, passage: &Passage, along_m: f64) {
+        let zero = self.first_from(passage.entry_from_exit([0.0; 3]));
         if let Some(duct) = self.ducts.last_mut() {
-            (duct.to_m, duct.by) = (Some(bend.start_m), Some(fitting));
-            (duct.turn_rad, duct.radius_m) = (bend.turn_rad, bend.radius_m);
+            (duct.to_m, duct.by) = (Some(passage.start_m()), Some(fitting));
+            (duct.turn_rad, duct.radius_m) = (passage.turn_rad(), passage.radius_m());
         }
-        self.ducts.push(DuctRecord::entered(zero, along_m, bend.exit_width_m));
+        self.ducts.push(DuctRecord::entered(zero, along_m, passage.exit_width_m()));
     }
 
     /// The robot turned round at this place of its duct.
@@ -89,11 +89,13 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     use super::*;
+    use crate::course::bend::Bend;
 
     /// Through a square elbow to the left and back from its end: the same place, the other way round.
     #[test]
     fn frames_are_chained() {
         let bend = Bend { start_m: 2.0, radius_m: 0.25, turn_rad: FRAC_PI_2, exit_width_m: 0.5, outer_end_m: 2.5 };
+        let bend = Passage::Bend(bend);
         let mut log = Log::default();
         log.left_by(Fitting::Elbow(crate::ahead::Side::Left), &bend, -0.2);
         let at = log.first_from([1.0, 0.1, 0.0]);

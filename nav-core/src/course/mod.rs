@@ -2,7 +2,8 @@
 //!
 //! - [`route`]: the ways to take;
 //! - [`Mission`]: a route, or every branch;
-//! - [`bend`]: the path through a bend, and poses against it;
+//! - [`bend`], [`taper`]: the path through a bend or a transition, and poses against it; [`passage`] is either;
+//! - [`Log`]: the ducts that were driven through;
 //! - [`Course`]: follows both, from duct to duct.
 //!
 //! A duct has coordinates of its own: along it, by odometry, and to the left of its middle. In the middle of a bend the robot changes over to
@@ -11,7 +12,9 @@
 pub mod bend;
 mod itinerary;
 mod log;
+pub mod passage;
 pub mod route;
+pub mod taper;
 
 use std::f64::consts::PI;
 
@@ -19,6 +22,8 @@ use crate::ahead::{Ahead, DuctPlace, Fitting, Outer, Outlook, Side, Stretch};
 use crate::control::Twist;
 use crate::perception::RangePoint;
 use bend::{Bend, OnPath};
+use passage::Passage;
+use taper::Taper;
 pub use itinerary::Mission;
 use itinerary::Itinerary;
 pub use log::{DuctRecord, Log};
@@ -60,6 +65,8 @@ const BELIEVED_SHARE: f64 = 0.25;
 const OVER_M: f64 = 0.1;
 /// What the wheels leave in doubt of a bend: share of its angle, and of its lateral place, in metres.
 const TURN_DOUBT: f64 = 0.05;
+/// And what is in doubt of its heading without any turn, in radians.
+const HEADING_DOUBT_RAD: f64 = 0.005;
 const LATERAL_DOUBT_M: f64 = 0.03;
 const WIDTH_DOUBT_M: f64 = 0.02;
 /// Beside the robot no wall is seen: before a bend it goes by its wheels from here on, in metres.
@@ -85,9 +92,9 @@ enum Phase {
     #[default]
     Along,
     /// In a bend, still in the coordinates of the duct before it.
-    Entering(Bend),
+    Entering(Passage),
     /// In a bend, in the coordinates of the duct behind it.
-    Leaving(Bend),
+    Leaving(Passage),
     /// Turning round on the spot.
     TurningRound,
     /// Standing at the end of its route.
@@ -101,6 +108,8 @@ pub enum End {
     Route,
     /// The duct ends, and its route says nothing of it.
     DeadEnd,
+    /// Something stands in the way.
+    Obstacle,
     /// It does not know how the duct goes on.
     Unknown,
     /// The way that its route names is not there.
@@ -136,7 +145,7 @@ pub struct Course {
     ahead: Ahead,
     phase: Phase,
     /// The bend that lies ahead, as planned by the last frames.
-    planned: Option<Bend>,
+    planned: Option<Passage>,
     itinerary: Itinerary,
     log: Log,
     /// A junction that is passed straight through: where its left and its right wall are open, in metres along the duct.
@@ -200,19 +209,19 @@ impl Course {
     /// Whether it is in a bend or right before it, where walls are lost and found: there it may go by its wheels.
     pub fn goes_by_wheels(&self) -> bool {
         self.phase != Phase::Along
-            || self.planned.is_some_and(|bend| bend.start_m - self.along_m < BLIND_M)
+            || self.planned.is_some_and(|bend| bend.start_m() - self.along_m < BLIND_M)
             || self.passing.iter().flatten().any(|[from_m, to_m]| (from_m - BLIND_M..=*to_m).contains(&self.along_m))
     }
 
     /// Whether a bend is so near that its walls may be taken for the duct's.
     pub fn is_near_bend(&self) -> bool {
-        self.phase != Phase::Along || self.planned.is_some_and(|bend| bend.start_m - self.along_m < PLANNED_M)
+        self.phase != Phase::Along || self.planned.is_some_and(|bend| bend.start_m() - self.along_m < PLANNED_M)
     }
 
     /// Where the walls of its duct may be believed to be straight, before and behind a bend; `None` elsewhere.
     pub fn straight(&self) -> Option<Stretch> {
         match self.phase {
-            Phase::Along => match self.planned.filter(|bend| bend.start_m - self.along_m < PLANNED_M) {
+            Phase::Along => match self.planned.filter(|bend| bend.start_m() - self.along_m < PLANNED_M) {
                 Some(bend) => Some(bend.straight_before()),
                 None => self.passing.iter().any(Option::is_some).then(|| self.straight_past()),
             },
@@ -248,8 +257,9 @@ impl Course {
         match self.phase {
             Phase::Along => true,
             Phase::TurningRound | Phase::AtTheEnd(_) => false,
-            Phase::Entering(bend) => heading_rad.abs() < BELIEVED_SHARE * bend.turn_rad.abs(),
-            Phase::Leaving(bend) => heading_rad.abs() < 2.0 * BELIEVED_SHARE * bend.turn_rad.abs(),
+            Phase::Entering(Passage::Taper(_)) | Phase::Leaving(Passage::Taper(_)) => true,
+            Phase::Entering(bend) => heading_rad.abs() < BELIEVED_SHARE * bend.turn_rad().abs(),
+            Phase::Leaving(bend) => heading_rad.abs() < 2.0 * BELIEVED_SHARE * bend.turn_rad().abs(),
         }
     }
 
@@ -296,9 +306,9 @@ impl Course {
     }
 
     /// From the entry's coordinates to the exit's.
-    fn change_over(&mut self, bend: Bend, pose: [f64; 3]) -> Entered {
+    fn change_over(&mut self, bend: Passage, pose: [f64; 3]) -> Entered {
         let [along_m, lateral_m, heading_rad] = bend.exit_from_entry(pose);
-        self.before_m += bend.start_m + bend.length_m();
+        self.before_m += bend.start_m() + bend.length_m();
         self.log.left_by(self.taken, &bend, along_m);
         self.along_m = along_m;
         self.phase = Phase::Leaving(bend);
@@ -306,8 +316,8 @@ impl Course {
         self.ahead.enter();
         Entered {
             lateral_m: [lateral_m, LATERAL_DOUBT_M],
-            heading_rad: [heading_rad, TURN_DOUBT * bend.turn_rad.abs()],
-            width_m: [bend.exit_width_m, WIDTH_DOUBT_M],
+            heading_rad: [heading_rad, TURN_DOUBT * bend.turn_rad().abs() + HEADING_DOUBT_RAD],
+            width_m: [bend.exit_width_m(), WIDTH_DOUBT_M],
         }
     }
 
@@ -329,12 +339,15 @@ impl Course {
             (Fitting::Branch(Side::Right) | Fitting::Cross | Fitting::BullheadTee, Some(Turn::Right)) => {
                 self.plan_bend(place, &outlook, Side::Right);
             }
+            (Fitting::Transition, _) => {
+                self.planned = Taper::between(place.width_m, &outlook.features.changes).map(Passage::Taper);
+            }
             (Fitting::Branch(_) | Fitting::Cross, None | Some(Turn::Straight)) => self.pass(&outlook, place),
             _ => {}
         }
         if let Some(bend) = self.planned {
-            if self.along_m > bend.start_m - COMMITTED_M {
-                if !matches!(outlook.fitting, Fitting::Elbow(_)) {
+            if self.along_m > bend.start_m() - COMMITTED_M {
+                if self.itinerary.has_say(outlook.fitting) {
                     self.take_turn(outlook.fitting);
                 }
                 self.taken = outlook.fitting;
@@ -345,6 +358,7 @@ impl Course {
                 (Fitting::DeadEnd, Some(Turn::TurnBack)) => Phase::TurningRound,
                 (_, Some(Turn::Stop)) => Phase::AtTheEnd(End::Route),
                 (Fitting::DeadEnd, None) => Phase::AtTheEnd(End::DeadEnd),
+                (Fitting::Obstacle, _) => Phase::AtTheEnd(End::Obstacle),
                 (Fitting::Unknown, _) => Phase::AtTheEnd(End::Unknown),
                 _ => Phase::AtTheEnd(End::NoSuchWay),
             };
@@ -364,8 +378,8 @@ impl Course {
         let Some(opening) = outlook.features.openings[side.index()] else { return };
         if let Some(outer) = self.ahead.outer(place, side, &opening) {
             self.planned = Some(match outer {
-                Outer::Wall(wall) => Bend::along(&wall, place.width_m),
-                Outer::Arc(arc) => Bend::within(&arc, place.width_m),
+                Outer::Wall(wall) => Passage::Bend(Bend::along(&wall, place.width_m)),
+                Outer::Arc(arc) => Passage::Bend(Bend::within(&arc, place.width_m)),
             });
         }
     }
@@ -384,7 +398,7 @@ impl Course {
         let pose = [self.along_m + along_m, lateral_m, heading_rad];
         let (on_path, origin_m) = match self.phase {
             Phase::Along | Phase::TurningRound | Phase::AtTheEnd(_) => (OnPath { way_m: pose[0], lateral_m, heading_rad, curvature_1_m: 0.0 }, 0.0),
-            Phase::Entering(bend) => (bend.project(pose), bend.start_m),
+            Phase::Entering(bend) => (bend.project(pose), bend.start_m()),
             Phase::Leaving(bend) => (bend.project(bend.entry_from_exit(pose)), -bend.length_m()),
         };
         let travelled_m = self.before_m + origin_m + on_path.way_m;
@@ -408,13 +422,13 @@ impl Course {
     /// By which share to be slower than usual: as bends and ends ask for.
     fn slowing(&self) -> f64 {
         let CourseParams { speed_m_s, turn_rate_rad_s, braking_m_s2, stand_off_m, .. } = self.params;
-        let in_bend = |bend: &Bend| (turn_rate_rad_s * bend.radius_m).min(speed_m_s);
+        let in_bend = |bend: &Passage| (turn_rate_rad_s * bend.radius_m()).min(speed_m_s);
         // The speed from which it can brake to `then` over what is left.
         let before = |left_m: f64, then: f64| (then * then + 2.0 * braking_m_s2 * left_m.max(0.0)).sqrt();
         let mut most = speed_m_s;
         match (&self.phase, &self.planned) {
             (Phase::Entering(bend) | Phase::Leaving(bend), _) => most = most.min(in_bend(bend)),
-            (Phase::Along, Some(bend)) => most = most.min(before(bend.start_m - self.along_m - 0.05, in_bend(bend))),
+            (Phase::Along, Some(bend)) => most = most.min(before(bend.start_m() - self.along_m - 0.05, in_bend(bend))),
             (Phase::TurningRound | Phase::AtTheEnd(_), _) => most = 0.0,
             (Phase::Along, None) => {
                 if let Some(at_m) = self.ahead.outlook().features.across_m {

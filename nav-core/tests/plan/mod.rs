@@ -58,6 +58,19 @@ pub(crate) fn across(s: f64, from_y: f64, to_y: f64) -> Wall {
     [[s, from_y], [s, to_y]]
 }
 
+/// The walls' offsets become these over 0.3 m.
+fn transition(left_m: f64, right_m: f64) -> Vec<Wall> {
+    let end = AT_M + 0.3;
+    vec![
+        side_wall(HALF_M, 0.0, AT_M),
+        side_wall(-HALF_M, 0.0, AT_M),
+        [[AT_M, HALF_M], [end, left_m]],
+        [[AT_M, -HALF_M], [end, -right_m]],
+        side_wall(left_m, end, 12.0),
+        side_wall(-right_m, end, 12.0),
+    ]
+}
+
 /// Fittings at [`AT_M`], with branches as wide as the duct and long.
 pub(crate) fn plans() -> Vec<(Fitting, Vec<Wall>)> {
     let (w, far) = (WIDTH_M, 9.0);
@@ -102,6 +115,12 @@ pub(crate) fn plans() -> Vec<(Fitting, Vec<Wall>)> {
         (Fitting::Branch(Side::Right), branch(-1.0)),
         (Fitting::BullheadTee, bullhead),
         (Fitting::Cross, cross),
+        (Fitting::Transition, transition(0.3, 0.3)),
+        (Fitting::Transition, transition(0.2, 0.2)),
+        // Flush on one side.
+        (Fitting::Transition, transition(HALF_M, 0.35)),
+        (Fitting::Transition, transition(0.15, HALF_M)),
+        (Fitting::Obstacle, vec![whole(left), whole(right), across(AT_M, -0.1, 0.12)]),
         (Fitting::DeadEnd, stem.into_iter().chain([across(AT_M, right, left)]).collect()),
     ]
 }
