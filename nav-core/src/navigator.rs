@@ -67,6 +67,8 @@ pub enum Reason {
     DeadEnd,
     /// Something stands in the way.
     Obstacle,
+    /// The floor ends.
+    Drop,
     /// How the duct goes on cannot be told.
     NoWayKnown,
     /// The way that the route names is not there.
@@ -81,6 +83,7 @@ impl Reason {
             End::Route => Self::RouteEnds,
             End::DeadEnd => Self::DeadEnd,
             End::Obstacle => Self::Obstacle,
+            End::Drop => Self::Drop,
             End::Unknown => Self::NoWayKnown,
             End::NoSuchWay => Self::NoSuchWay,
         }

@@ -2,10 +2,10 @@
 
 use std::sync::{Arc, Mutex};
 
-use ductloop_nav::control::{ControlLaw, PathState, Twist};
-use ductloop_nav::messages::{Counts, Frame, Pixels, Sides};
 use ductloop_nav::control::limits::Limits;
+use ductloop_nav::control::{ControlLaw, PathState, Twist};
 use ductloop_nav::course::CourseParams;
+use ductloop_nav::messages::{Counts, Frame, Pixels, Sides};
 use ductloop_nav::navigator::{DuctNavigator, Navigator, NavigatorParams, Reason, State};
 use ductloop_nav::odometry::DriveModel;
 use ductloop_nav::perception::{Measurement, Perception};

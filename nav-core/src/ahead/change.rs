@@ -69,7 +69,8 @@ impl Strip {
         // The first bin from which on it keeps its offset long enough.
         let keeps = |from: usize| {
             let rest = &run[from..];
-            let own: Vec<f64> = rest.iter().take_while(|(n, _)| (n - rest[0].0) as f64 * BIN_M <= KEEPS_FOR_M).map(|r| r.1).collect();
+            let own: Vec<f64> =
+                rest.iter().take_while(|(n, _)| (n - rest[0].0) as f64 * BIN_M <= KEEPS_FOR_M).map(|r| r.1).collect();
             let mean = own.iter().sum::<f64>() / own.len() as f64;
             let spans = Self::length_m(rest) >= KEEPS_FOR_M;
             (spans && own.iter().all(|offset| (offset - mean).abs() <= KEEPS_M)).then_some(mean)

@@ -22,6 +22,12 @@ const PARALLAX_M: f64 = 0.06;
 const ACROSS_SHARE: f64 = 0.6;
 /// What is seen so far behind a wall's line, as a share of half the duct's width, is seen through an opening.
 const DEEP_SHARE: f64 = 0.8;
+/// The floor ends where it is missed for so long, in metres, so many times as often as it is lit, after it was lit over so much, from so far
+/// behind the robot on, in metres.
+const MISSED_M: f64 = 0.06;
+const MISSED_SHARE: f64 = 3.0;
+const LIT_M: f64 = 0.1;
+const LIT_WITHIN_M: f64 = 0.5;
 /// An opening and a wall that leaves its line begin at one place within this, in metres.
 const SAME_M: f64 = 0.15;
 /// Free rays over those that ended, beyond which nothing stands there.
@@ -51,6 +57,8 @@ pub struct Features {
     pub free_to_m: f64,
     /// Where the left and the right wall leave their lines without ending.
     pub changes: [Option<WallChange>; 2],
+    /// Where the floor ends, in metres along the duct.
+    pub drop_m: Option<f64>,
     /// How far the left and the right wall are known to be closed without an opening, in metres along the duct.
     pub closed_to_m: [f64; 2],
 }
@@ -90,6 +98,7 @@ impl Strip {
         Features {
             openings: [opening(left.0, 0), opening(right.0, 1)],
             changes,
+            drop_m: self.drop(along_m),
             across_m,
             across_reach_m,
             free_to_m: self.free_to(along_m),
@@ -130,8 +139,7 @@ impl Strip {
                     if closes as f64 * BIN_M >= CLOSES_M {
                         if is_opening {
                             let closed = number + 1 - closes;
-                            let opening =
-                                Opening { from_m: place(*first), to_m: Some(place(closed)), open_to_m: place(*last) };
+                            let opening = Opening { from_m: place(*first), to_m: Some(place(closed)), open_to_m: place(*last) };
                             return (Some(opening), place(*first));
                         }
                         run = None;
@@ -174,6 +182,25 @@ impl Strip {
                 let mean: f64 = [-1.0, 0.0, 1.0].iter().zip(&three).map(|(by, inside)| by * inside.hits).sum::<f64>() / hits;
                 let reach = |side: usize, pick: fn(f64, f64) -> f64| hit().map(|inside| inside.reach_m[side]).fold(0.0, pick);
                 return Some(((number as f64 + 0.5 + mean) * BIN_M, [reach(0, f64::min), reach(1, f64::max)]));
+            }
+        }
+        None
+    }
+
+    /// Where the floor ends: lit before, and then missed for a while. A floor that is never seen lit says nothing.
+    fn drop(&self, along_m: f64) -> Option<f64> {
+        let (mut lit_m, mut missed_m) = (0.0, 0.0);
+        let before = (LIT_WITHIN_M / BIN_M) as i64;
+        for number in self.ahead_of(along_m).start - before..self.ahead_of(along_m).end {
+            let Some([lit, missed]) = self.bin(number).map(|bin| bin.floor) else { continue };
+            if lit >= FEWEST_RAYS && lit >= missed {
+                lit_m += BIN_M;
+                missed_m = 0.0;
+            } else if missed >= FEWEST_RAYS && missed > MISSED_SHARE * lit {
+                missed_m += BIN_M;
+            }
+            if missed_m >= MISSED_M && lit_m >= LIT_M {
+                return Some((number + 1) as f64 * BIN_M - missed_m);
             }
         }
         None

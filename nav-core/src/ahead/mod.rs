@@ -38,7 +38,8 @@ const FARTHEST_M: f64 = 2.3;
 
 /// The side walls of the duct in which the robot is about at `place`, where they are straight, as one frame's ranges show them.
 pub fn side_walls(ranges: &[RangePoint], place: &DuctPlace, stretch: &Stretch) -> Option<SideWalls> {
-    let points = ranges.iter().filter(|range| range.upon != Upon::Floor).map(|range| [range.point_in_base.x, range.point_in_base.y]);
+    let points =
+        ranges.iter().filter(|range| range.upon == Upon::Upright).map(|range| [range.point_in_base.x, range.point_in_base.y]);
     flanks::find(points, place, stretch)
 }
 
@@ -103,6 +104,9 @@ impl Ahead {
             let to = place.duct_from_base(point.x, point.y);
             let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
             let range_m = (dx * dx + dy * dy).sqrt();
+            if range.upon == Upon::Nothing {
+                return Ray { from, to, end: RayEnd::NoFloor };
+            }
             if range_m > FARTHEST_M {
                 let share = FARTHEST_M / range_m;
                 return Ray { from, to: [from[0] + share * dx, from[1] + share * dy], end: RayEnd::Beyond };
@@ -122,6 +126,13 @@ impl Ahead {
     /// What it is taken for.
     pub fn outlook(&self) -> &Outlook {
         &self.outlook
+    }
+
+    /// The arc that a bend to this side turns along, whose inner wall ends at `ends_m`, as it is known by now.
+    pub fn arc(&self, place: &DuctPlace, side: Side, ends_m: f64) -> Option<OuterArc> {
+        let opening = Opening { from_m: ends_m, to_m: None, open_to_m: ends_m };
+        let points = outer_wall::off_the_walls(self.points.iter().flatten().copied(), place, side, &opening);
+        outer_arc::find(&points, place, side, ends_m).filter(|arc| arc.share >= LEAST_SHARE)
     }
 
     /// The wall that a bend to this side turns along, from the last frames' points: straight or an arc, whichever explains more of them.

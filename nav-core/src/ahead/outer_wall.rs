@@ -108,5 +108,12 @@ pub(super) fn find(points: &[[f64; 2]], place: &DuctPlace, side: Side, opening: 
     }
     let all = points.len();
     let (points, mean, rms_m) = fit;
-    Some(OuterWall { turn_rad: turn * sign, point_m: [mean[0], mean[1] * sign], width_m: off_m, points, rms_m, share: points as f64 / all as f64 })
+    Some(OuterWall {
+        turn_rad: turn * sign,
+        point_m: [mean[0], mean[1] * sign],
+        width_m: off_m,
+        points,
+        rms_m,
+        share: points as f64 / all as f64,
+    })
 }

@@ -30,6 +30,8 @@ pub enum Fitting {
     Cross,
     /// It becomes wider or narrower.
     Transition,
+    /// Its floor ends.
+    Drop,
     /// Something stands in it that does not reach from wall to wall.
     Obstacle,
     /// It ends.
@@ -49,6 +51,7 @@ impl Fitting {
             Self::BullheadTee => "bullhead-tee",
             Self::Cross => "cross",
             Self::Transition => "transition",
+            Self::Drop => "drop",
             Self::Obstacle => "obstacle",
             Self::DeadEnd => "dead-end",
         }
@@ -134,6 +137,9 @@ impl Watch {
 /// The table of which walls end and what stands across.
 fn classify(features: &Features, place: &DuctPlace) -> (Fitting, f64) {
     let width_m = place.width_m;
+    if let Some(at_m) = features.drop_m {
+        return (Fitting::Drop, at_m);
+    }
     let begins = |opening: &Opening| opening.from_m;
     let [left, right] = features.openings;
     let nearer = left.iter().chain(&right).map(begins).fold(f64::INFINITY, f64::min);

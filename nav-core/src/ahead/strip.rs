@@ -43,11 +43,8 @@ impl Flank {
     }
 
     fn note(&mut self, offset_m: f64) {
-        self.reach_m = if self.points == 0.0 {
-            [offset_m; 2]
-        } else {
-            [self.reach_m[0].min(offset_m), self.reach_m[1].max(offset_m)]
-        };
+        self.reach_m =
+            if self.points == 0.0 { [offset_m; 2] } else { [self.reach_m[0].min(offset_m), self.reach_m[1].max(offset_m)] };
         self.points += 1.0;
         self.sum_m += offset_m;
     }
@@ -80,7 +77,7 @@ pub(super) struct Bin {
     /// Left and right.
     pub(super) flanks: [Flank; 2],
     pub(super) inside: Inside,
-    /// Rays of a laser that is to meet the floor here, and did or did not.
+    /// How often the middle of the floor was seen lit here, and how often it should have been and was not.
     pub(super) floor: [f64; 2],
 }
 
@@ -129,6 +126,8 @@ pub(super) struct Ray {
 pub(super) enum RayEnd {
     /// The floor.
     Floor,
+    /// Nothing, where the floor should be.
+    NoFloor,
     /// Something else.
     Surface,
     /// Nothing so near: it was cut off here.
@@ -198,6 +197,14 @@ impl Strip {
     }
 
     fn ray(&mut self, Ray { from, to, end }: &Ray, half_m: f64, robot_m: f64) {
+        if *end == RayEnd::NoFloor {
+            if to[1].abs() <= half_m / 2.0
+                && let Some(bin) = self.bin_mut(Self::number(to[0]))
+            {
+                bin.floor[1] += 1.0;
+            }
+            return;
+        }
         let (along, across) = (to[0] - from[0], to[1] - from[1]);
         let range_m = (along * along + across * across).sqrt();
         let on_wall_m = ON_WALL_M + ON_WALL_SHARE * range_m;
@@ -224,7 +231,9 @@ impl Strip {
                 bin.flanks[side].closed += 1.0;
             }
         } else if *end == RayEnd::Floor {
-            if let Some(bin) = self.bin_mut(Self::number(to[0])) {
+            if to[1].abs() <= half_m / 2.0
+                && let Some(bin) = self.bin_mut(Self::number(to[0]))
+            {
                 bin.floor[0] += 1.0;
             }
         } else if let Some(bin) = self.bin_mut(Self::number(to[0])) {

@@ -102,7 +102,10 @@ mod tests {
         assert!((at[0] - 2.15).abs() < 1e-12 && (at[1] - 1.25).abs() < 1e-12 && (at[2] - FRAC_PI_2).abs() < 1e-12, "{at:?}");
         log.turned_round(1.0, 0.5);
         let back = log.first_from([0.0, -0.1, 0.0]);
-        assert!((back[0] - 2.15).abs() < 1e-12 && (back[1] - 1.25).abs() < 1e-12 && (back[2] + FRAC_PI_2).abs() < 1e-12, "{back:?}");
+        assert!(
+            (back[0] - 2.15).abs() < 1e-12 && (back[1] - 1.25).abs() < 1e-12 && (back[2] + FRAC_PI_2).abs() < 1e-12,
+            "{back:?}"
+        );
         assert_eq!(log.ducts().len(), 3);
         assert_eq!((log.ducts()[0].to_m, log.ducts()[1].to_m), (Some(2.0), Some(1.0)));
     }

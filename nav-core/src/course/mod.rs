@@ -22,12 +22,12 @@ use crate::ahead::{Ahead, DuctPlace, Fitting, Outer, Outlook, Side, Stretch};
 use crate::control::Twist;
 use crate::perception::RangePoint;
 use bend::{Bend, OnPath};
-use passage::Passage;
-use taper::Taper;
-pub use itinerary::Mission;
 use itinerary::Itinerary;
+pub use itinerary::Mission;
 pub use log::{DuctRecord, Log};
+use passage::Passage;
 use route::Turn;
+use taper::Taper;
 
 /// Parameters of a course.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,6 +71,9 @@ const LATERAL_DOUBT_M: f64 = 0.03;
 const WIDTH_DOUBT_M: f64 = 0.02;
 /// Beside the robot no wall is seen: before a bend it goes by its wheels from here on, in metres.
 const BLIND_M: f64 = 0.5;
+/// An arc's angle is settled behind this share of it; before, one of about the same radius, by this share, may have another.
+const SETTLED_SHARE: f64 = 0.4;
+const SAME_RADIUS_SHARE: f64 = 0.15;
 /// A bend is looked for from this far before its beginning, in metres.
 const PLANNED_M: f64 = 1.5;
 /// Past a junction points this far off a wall's line are its own, in metres.
@@ -110,10 +113,18 @@ pub enum End {
     DeadEnd,
     /// Something stands in the way.
     Obstacle,
+    /// The floor ends.
+    Drop,
     /// It does not know how the duct goes on.
     Unknown,
     /// The way that its route names is not there.
     NoSuchWay,
+}
+
+/// Where the robot cannot go on, in metres along the duct: what stands across, or where the floor ends.
+fn blocked_m(outlook: &Outlook) -> Option<f64> {
+    let features = &outlook.features;
+    features.across_m.into_iter().chain(features.drop_m).min_by(f64::total_cmp)
 }
 
 /// That the robot has come into another duct: where it stands there, each figure with its deviation.
@@ -275,6 +286,7 @@ impl Course {
                 self.plan(place);
             }
             Phase::Entering(bend) => {
+                let bend = self.looked_round(bend, place);
                 let way_m = bend.project(pose).way_m;
                 return (way_m > bend.length_m() / 2.0).then(|| self.change_over(bend, pose));
             }
@@ -286,6 +298,22 @@ impl Course {
             Phase::Leaving(_) | Phase::TurningRound | Phase::AtTheEnd(_) => {}
         }
         None
+    }
+
+    /// How far round an arc goes is only seen on the way: until its first part is behind the robot, its angle follows what is seen.
+    fn looked_round(&mut self, passage: Passage, place: &DuctPlace) -> Passage {
+        let Passage::Bend(mut bend) = passage else { return passage };
+        let way_m = bend.project([place.along_m, place.lateral_m, place.heading_rad]).way_m;
+        let side = if bend.turn_rad > 0.0 { Side::Left } else { Side::Right };
+        if bend.is_arc()
+            && way_m < SETTLED_SHARE * bend.length_m()
+            && let Some(arc) = self.ahead.arc(place, side, bend.start_m)
+            && (arc.radius_m - place.width_m / 2.0 - bend.radius_m).abs() < SAME_RADIUS_SHARE * bend.radius_m
+        {
+            bend.turn_rad = arc.turn_rad;
+            self.phase = Phase::Entering(Passage::Bend(bend));
+        }
+        Passage::Bend(bend)
     }
 
     /// The same duct, the other way.
@@ -353,11 +381,12 @@ impl Course {
                 self.taken = outlook.fitting;
                 self.phase = Phase::Entering(bend);
             }
-        } else if outlook.features.across_m.is_some_and(|at_m| self.along_m >= at_m - self.params.stand_off_m - AT_REST_M) {
+        } else if blocked_m(&outlook).is_some_and(|at_m| self.along_m >= at_m - self.params.stand_off_m - AT_REST_M) {
             self.phase = match (outlook.fitting, turn) {
-                (Fitting::DeadEnd, Some(Turn::TurnBack)) => Phase::TurningRound,
+                (Fitting::DeadEnd | Fitting::Drop | Fitting::Obstacle, Some(Turn::TurnBack)) => Phase::TurningRound,
                 (_, Some(Turn::Stop)) => Phase::AtTheEnd(End::Route),
                 (Fitting::DeadEnd, None) => Phase::AtTheEnd(End::DeadEnd),
+                (Fitting::Drop, _) => Phase::AtTheEnd(End::Drop),
                 (Fitting::Obstacle, _) => Phase::AtTheEnd(End::Obstacle),
                 (Fitting::Unknown, _) => Phase::AtTheEnd(End::Unknown),
                 _ => Phase::AtTheEnd(End::NoSuchWay),
@@ -397,7 +426,9 @@ impl Course {
     pub fn path(&self, along_m: f64, lateral_m: f64, heading_rad: f64) -> PathHere {
         let pose = [self.along_m + along_m, lateral_m, heading_rad];
         let (on_path, origin_m) = match self.phase {
-            Phase::Along | Phase::TurningRound | Phase::AtTheEnd(_) => (OnPath { way_m: pose[0], lateral_m, heading_rad, curvature_1_m: 0.0 }, 0.0),
+            Phase::Along | Phase::TurningRound | Phase::AtTheEnd(_) => {
+                (OnPath { way_m: pose[0], lateral_m, heading_rad, curvature_1_m: 0.0 }, 0.0)
+            }
             Phase::Entering(bend) => (bend.project(pose), bend.start_m()),
             Phase::Leaving(bend) => (bend.project(bend.entry_from_exit(pose)), -bend.length_m()),
         };
@@ -431,7 +462,7 @@ impl Course {
             (Phase::Along, Some(bend)) => most = most.min(before(bend.start_m() - self.along_m - 0.05, in_bend(bend))),
             (Phase::TurningRound | Phase::AtTheEnd(_), _) => most = 0.0,
             (Phase::Along, None) => {
-                if let Some(at_m) = self.ahead.outlook().features.across_m {
+                if let Some(at_m) = blocked_m(self.ahead.outlook()) {
                     most = most.min(before(at_m - stand_off_m - self.along_m, CREEP_M_S));
                 }
             }

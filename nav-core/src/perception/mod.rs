@@ -180,6 +180,8 @@ pub enum Upon {
     Floor,
     /// Whatever is not the floor: walls, mostly.
     Upright,
+    /// Nothing: here the floor should be lit, in sight of the camera, and is not.
+    Nothing,
 }
 
 /// A point that a laser lights, whatever it is on.

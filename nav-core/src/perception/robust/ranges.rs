@@ -40,6 +40,8 @@ const BELOW_M: f64 = -0.02;
 /// Two ranges agree within this, in metres, and this times the square of the range, per metre: 0.2 px of a base of 60 mm and 380 px.
 const AGREE_M: f64 = 0.01;
 const AGREE_1_M: f64 = 0.02;
+/// A floor farther than this is too faint to be missed, in metres.
+const FLOOR_WITHIN_M: f64 = 1.6;
 /// A stripe goes on if its row changes by less than this from a block to the next, in pixels.
 const GOES_ON_PX: f64 = 4.0;
 /// A stripe shorter than this many blocks is noise.
@@ -101,11 +103,22 @@ impl Ranger {
         }
         self.trace();
         let lasers = projector.lasers.len().min(MOST_LASERS);
-        (0..lasers).for_each(|laser| self.stripes(laser, ridges, points));
+        for laser in 0..lasers {
+            self.stripes(laser, ridges, points);
+            self.unlit_floor(laser, projector, upright, points);
+        }
     }
 
     /// What the lasers may take in one block, and the best way to each of these choices from the blocks before.
-    fn block(&mut self, here: std::ops::Range<usize>, ridges: &[Ridge], chained: &[u32], projector: &Projector, upright: &Upright, range_m: [f64; 2]) {
+    fn block(
+        &mut self,
+        here: std::ops::Range<usize>,
+        ridges: &[Ridge],
+        chained: &[u32],
+        projector: &Projector,
+        upright: &Upright,
+        range_m: [f64; 2],
+    ) {
         let lasers = projector.lasers.len().min(MOST_LASERS);
         let mut of_laser: [std::ops::Range<usize>; MOST_LASERS] = std::array::from_fn(|_| 0..0);
         for (laser, own) in of_laser.iter_mut().enumerate().take(lasers) {
@@ -197,7 +210,8 @@ impl Ranger {
             }
             (choice.total, choice.before) = (best.0 + choice.worth, best.1);
             let now = taken_now(choice);
-            choice.last = past.get(best.1 as usize).map_or(now, |from| std::array::from_fn(|laser| now[laser].or(from.last[laser])));
+            choice.last =
+                past.get(best.1 as usize).map_or(now, |from| std::array::from_fn(|laser| now[laser].or(from.last[laser])));
         }
     }
 
@@ -214,6 +228,31 @@ impl Ranger {
             at = choice.before;
         }
         self.chosen.reverse();
+    }
+
+    /// Where a laser should light the floor and does not, though nothing stands before it.
+    fn unlit_floor(&self, laser: usize, projector: &Projector, upright: &Upright, points: &mut Vec<RangePoint>) {
+        let floor = -upright.up / upright.height_m;
+        let middle_px = projector.size[1] as f64 / 2.0;
+        let mut chosen = self.chosen.iter().peekable();
+        for block in 0..projector.size[0] / BLOCK {
+            while chosen.next_if(|(other, _)| usize::from(*other) < block).is_some() {}
+            let taken = chosen.peek().filter(|(other, _)| usize::from(*other) == block).map(|(_, taken)| *taken);
+            let x = (block * BLOCK) as f64 + (BLOCK as f64 - 1.0) / 2.0;
+            let Some(stripe) = projector.stripe(laser, &floor, x, middle_px) else { continue };
+            let in_view = (0.0..projector.size[1] as f64).contains(&stripe.y_px);
+            let point = upright.base_from_camera * stripe.point;
+            let camera = upright.base_from_camera.translation.vector;
+            let (dx, dy) = (point.x - camera.x, point.y - camera.y);
+            let range_m = (dx * dx + dy * dy).sqrt();
+            let mut seen = taken.iter().flatten().flatten().map(|at| &self.candidates[*at as usize]);
+            // Something nearer hides it; what is the floor itself is seen.
+            let hidden =
+                seen.any(|seen| seen.upon == Upon::Floor || seen.range_m < range_m + AGREE_M + AGREE_1_M * square(range_m));
+            if in_view && range_m < FLOOR_WITHIN_M && taken.is_some() && !hidden {
+                points.push(RangePoint { point_in_base: point, laser, block, upon: Upon::Nothing });
+            }
+        }
     }
 
     /// One laser's points, without pieces that are too short.

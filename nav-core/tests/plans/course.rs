@@ -1,12 +1,10 @@
 //! A robot follows its route through drawn plans: it sees what a line scanner would, goes by wheels that are a little off, and ends up in
 //! the duct that the route names.
 
-mod plan;
-
+use super::plan::{AT_M, HALF_M, WIDTH_M, Wall, elbow, plans, scan};
 use ductloop_nav::ahead::{self, DuctPlace, Fitting, Side};
 use ductloop_nav::course::route::Turn;
 use ductloop_nav::course::{Course, CourseParams, End, Mission};
-use plan::{AT_M, HALF_M, WIDTH_M, Wall, plans, scan};
 
 const PERIOD_S: f64 = 1.0 / 30.0;
 /// Share by which its turns differ from what its wheels say.
@@ -41,10 +39,14 @@ impl Robot {
     fn frame(&mut self, walls: &[Wall]) {
         let ranges = scan(walls, self.pose, 0.2);
         if self.course.believes(self.heading_rad) {
-            let stretch = self.course.straight().unwrap_or(ahead::Stretch { along_m: [[f64::NEG_INFINITY, self.course.along_m() + 1.2]; 2], near_m: 0.06 });
+            let stretch = self
+                .course
+                .straight()
+                .unwrap_or(ahead::Stretch { along_m: [[f64::NEG_INFINITY, self.course.along_m() + 1.2]; 2], near_m: 0.06 });
             if let Some(walls) = ahead::side_walls(&ranges, &self.place(), &stretch) {
                 self.heading_rad += 0.3 * (walls.heading_rad - self.heading_rad);
-                let offsets = [walls.left_m.map(|left| self.width_m / 2.0 - left), walls.right_m.map(|right| right - self.width_m / 2.0)];
+                let offsets =
+                    [walls.left_m.map(|left| self.width_m / 2.0 - left), walls.right_m.map(|right| right - self.width_m / 2.0)];
                 let seen: Vec<f64> = offsets.into_iter().flatten().collect();
                 let mean = seen.iter().sum::<f64>() / seen.len() as f64;
                 self.lateral_m += 0.3 * (mean - self.lateral_m);
@@ -91,7 +93,7 @@ fn offers(fitting: Fitting) -> Vec<Turn> {
         Fitting::Cross => vec![Turn::Left, Turn::Straight, Turn::Right],
         Fitting::DeadEnd => vec![Turn::TurnBack],
         Fitting::Transition => vec![Turn::Straight],
-        Fitting::Unknown | Fitting::Straight | Fitting::Obstacle => vec![],
+        Fitting::Unknown | Fitting::Straight | Fitting::Obstacle | Fitting::Drop => vec![],
     }
 }
 
@@ -133,6 +135,33 @@ fn the_way_that_the_route_names_is_taken() {
             let drift_m = libm::hypot(found[0] - robot.pose[0], found[1] - robot.pose[1]);
             assert!(drift_m < 0.08, "{case}: {drift_m} m of drift, {found:?} {:?}", robot.pose);
             assert!(off_m.abs() < 0.01, "{case}: {off_m} m off the middle");
+        }
+    }
+}
+
+/// Elbows of any angle are driven through, mitred and curved.
+#[test]
+fn elbows_of_any_angle_are_driven_through() {
+    for turn_deg in [30.0_f64, 45.0, 60.0, 90.0, 120.0] {
+        for throat_m in [0.0, 0.25, 0.375, 0.75] {
+            let (walls, [x, y, turn_rad]) = elbow(turn_deg.to_radians(), throat_m);
+            let mut robot = Robot::new(&[]);
+            // Along the middle of the duct behind it, and beside it.
+            let behind = |robot: &Robot| {
+                let (sin, cos) = libm::sincos(turn_rad);
+                let (dx, dy) = (robot.pose[0] - x, robot.pose[1] - y);
+                [cos * dx + sin * dy, cos * dy - sin * dx]
+            };
+            let arrived = robot.until(&walls, |robot| behind(robot)[0] > 1.0 && robot.pose[2] > 0.5 * turn_rad);
+            let case = format!("{turn_deg} degrees, {throat_m} m");
+            assert!(arrived, "{case}: {:?} {:?}", robot.pose, robot.course.outlook());
+            let [_, aside_m] = behind(&robot);
+            assert!(
+                aside_m.abs() < 0.01 && (robot.pose[2] - turn_rad).abs() < 0.03,
+                "{case}: {aside_m} m aside, {:?}",
+                robot.pose
+            );
+            assert!(robot.farthest_m < 0.08, "{case}: {} m off its path", robot.farthest_m);
         }
     }
 }

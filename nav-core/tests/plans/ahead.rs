@@ -1,10 +1,8 @@
 //! What lies ahead is told from ranges: plans of fittings, drawn here as walls, are met by rays as a line scanner's would be, and the robot
 //! moves towards them.
 
-mod plan;
-
+use super::plan::{AT_M, CAMERA_M, HALF_M, WIDTH_M, Wall, plans, scan, side_wall};
 use ductloop_nav::ahead::{Ahead, DuctPlace, Fitting};
-use plan::{AT_M, CAMERA_M, HALF_M, WIDTH_M, Wall, plans, scan, side_wall};
 
 /// Drives along the middle from the duct's beginning; returns, frame by frame, where the robot was and what it took the fitting for.
 fn drive(walls: &[Wall], to_m: f64, noise: f64) -> Vec<(f64, Fitting)> {
@@ -25,10 +23,8 @@ fn drive(walls: &[Wall], to_m: f64, noise: f64) -> Vec<(f64, Fitting)> {
 fn fittings_are_told_in_time() {
     for (index, (expected, walls)) in plans().into_iter().enumerate() {
         let seen = drive(&walls, AT_M - 0.1, 0.2);
-        let wrong: Vec<_> = seen
-            .iter()
-            .filter(|(_, fitting)| ![expected, Fitting::Unknown, Fitting::Straight].contains(fitting))
-            .collect();
+        let wrong: Vec<_> =
+            seen.iter().filter(|(_, fitting)| ![expected, Fitting::Unknown, Fitting::Straight].contains(fitting)).collect();
         assert!(wrong.is_empty(), "{index}, {expected:?}: {wrong:?}");
         let known = seen.iter().find(|(_, fitting)| *fitting == expected).map(|(at_m, _)| AT_M - at_m);
         // A wall that leaves its line by a little must be seen for a while.

@@ -71,12 +71,42 @@ fn transition(left_m: f64, right_m: f64) -> Vec<Wall> {
     ]
 }
 
+/// Elbows to the left of any angle: their walls, and where the middle of the duct behind them begins, with its heading. A throat of radius
+/// zero is a mitre's.
+pub(crate) fn elbow(turn_rad: f64, throat_m: f64) -> (Vec<Wall>, [f64; 3]) {
+    let long_m = 6.0;
+    let (sin, cos) = libm::sincos(turn_rad);
+    let on = |radius: f64, angle: f64| {
+        let (sin, cos) = libm::sincos(angle);
+        [AT_M + radius * sin, HALF_M + throat_m - radius * cos]
+    };
+    let along = |[x, y]: [f64; 2]| [[x, y], [x + long_m * cos, y + long_m * sin]];
+    let mut walls = vec![side_wall(HALF_M, 0.0, AT_M)];
+    let heel_m = throat_m + WIDTH_M;
+    if throat_m == 0.0 {
+        let corner = [AT_M + WIDTH_M * libm::tan(turn_rad / 2.0), -HALF_M];
+        walls.extend([[[0.0, -HALF_M], corner], along(corner)]);
+    } else {
+        let steps = 12;
+        walls.push(side_wall(-HALF_M, 0.0, AT_M));
+        for radius in [throat_m, heel_m] {
+            let at = |i: usize| on(radius, turn_rad * i as f64 / steps as f64);
+            walls.extend((0..steps).map(|i| [at(i), at(i + 1)]));
+        }
+        walls.push(along(on(heel_m, turn_rad)));
+    }
+    walls.push(along(on(throat_m, turn_rad)));
+    let [x, y] = on(throat_m + HALF_M, turn_rad);
+    (walls, [x, y, turn_rad])
+}
+
 /// Fittings at [`AT_M`], with branches as wide as the duct and long.
 pub(crate) fn plans() -> Vec<(Fitting, Vec<Wall>)> {
     let (w, far) = (WIDTH_M, 9.0);
     let (left, right) = (HALF_M, -HALF_M);
     let whole = |y| side_wall(y, 0.0, far);
-    let elbow = vec![side_wall(left, 0.0, AT_M), side_wall(right, 0.0, AT_M + w), across(AT_M, left, far), across(AT_M + w, right, far)];
+    let elbow =
+        vec![side_wall(left, 0.0, AT_M), side_wall(right, 0.0, AT_M + w), across(AT_M, left, far), across(AT_M + w, right, far)];
     // A radius elbow with a throat of 3/4 of its width.
     let (throat, heel) = (0.75 * w, 1.75 * w);
     let arc = |radius: f64| {
@@ -103,8 +133,10 @@ pub(crate) fn plans() -> Vec<(Fitting, Vec<Wall>)> {
         ]
     };
     let stem = [side_wall(left, 0.0, AT_M), side_wall(right, 0.0, AT_M)];
-    let bullhead: Vec<Wall> = stem.into_iter().chain([across(AT_M + w, -far, far), across(AT_M, left, far), across(AT_M, right, -far)]).collect();
-    let cross: Vec<Wall> = branch(1.0).into_iter().chain(branch(-1.0)).filter(|wall| *wall != whole(left) && *wall != whole(right)).collect();
+    let bullhead: Vec<Wall> =
+        stem.into_iter().chain([across(AT_M + w, -far, far), across(AT_M, left, far), across(AT_M, right, -far)]).collect();
+    let cross: Vec<Wall> =
+        branch(1.0).into_iter().chain(branch(-1.0)).filter(|wall| *wall != whole(left) && *wall != whole(right)).collect();
     let mirrored = |walls: &[Wall]| walls.iter().map(|[a, b]| [[a[0], -a[1]], [b[0], -b[1]]]).collect::<Vec<Wall>>();
     vec![
         (Fitting::Elbow(Side::Right), mirrored(&elbow)),
@@ -124,4 +156,3 @@ pub(crate) fn plans() -> Vec<(Fitting, Vec<Wall>)> {
         (Fitting::DeadEnd, stem.into_iter().chain([across(AT_M, right, left)]).collect()),
     ]
 }
-
