@@ -100,6 +100,13 @@ pub fn table(frames: &[FrameRecord]) -> Result<RecordBatch, ArrowError> {
     columns.number("exposure_s", |f| f.view.exposure_s);
     columns.number("laser_power", |f| f.laser_power);
     columns.push("state", false, |frames| StringArray::from_iter_values(frames.map(|f| state_word(f.state))));
+    columns.push("ahead", true, |frames| frames.map(|f| f.outlook.map(|o| o.fitting.word())).collect::<StringArray>());
+    columns.seen("ahead_at_m", |f| Some(f.outlook?.distance_m));
+    columns.seen("ahead_confidence", |f| Some(f.outlook?.confidence));
+    columns.seen("believed_x_m", |f| Some(f.believed_pose?[0]));
+    columns.seen("believed_y_m", |f| Some(f.believed_pose?[1]));
+    columns.seen("believed_heading_rad", |f| Some(f.believed_pose?[2]));
+    columns.whole("ducts", |f| f.ducts as u64);
     columns.push("state_reason", true, |frames| frames.map(|f| f.reason.map(reason_word)).collect::<StringArray>());
     columns.count("lines", |f| f.lines as u32);
     estimates(&mut columns);

@@ -107,6 +107,9 @@ impl Ahead {
             if range.upon == Upon::Nothing {
                 return Ray { from, to, end: RayEnd::NoFloor };
             }
+            if range.upon == Upon::Air {
+                return Ray { from, to, end: RayEnd::Beyond };
+            }
             if range_m > FARTHEST_M {
                 let share = FARTHEST_M / range_m;
                 return Ray { from, to: [from[0] + share * dx, from[1] + share * dy], end: RayEnd::Beyond };

@@ -80,6 +80,8 @@ pub struct Outlook {
     pub fitting: Fitting,
     /// Where it begins, in metres along the duct: where its first wall ends, or where the duct does.
     pub at_m: f64,
+    /// How far that is from the base, along the duct, in metres.
+    pub distance_m: f64,
     /// Share of the last frames that showed this fitting.
     pub confidence: f64,
     /// What it rests on.
@@ -130,7 +132,7 @@ impl Watch {
             self.held = Fitting::Unknown;
         }
         let confidence = if self.held == self.last { self.share } else { 0.0 };
-        Outlook { fitting: self.held, at_m, confidence, features }
+        Outlook { fitting: self.held, at_m, distance_m: at_m - place.along_m, confidence, features }
     }
 }
 

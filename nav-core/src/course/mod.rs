@@ -42,6 +42,8 @@ pub struct CourseParams {
     pub braking_m_s2: f64,
     /// Room that it leaves between its origin and a wall ahead, in metres.
     pub stand_off_m: f64,
+    /// The same where it is to turn back, in metres: enough to turn on the spot.
+    pub turn_back_m: f64,
     /// Where the camera is in the base frame: ahead and to the left, in metres.
     pub camera_m: [f64; 2],
 }
@@ -54,6 +56,7 @@ impl Default for CourseParams {
             turn_rate_rad_s: 0.7,
             braking_m_s2: 0.15,
             stand_off_m: 0.25,
+            turn_back_m: 0.3,
             camera_m: [0.12, 0.0],
         }
     }
@@ -74,6 +77,8 @@ const BLIND_M: f64 = 0.5;
 /// An arc's angle is settled behind this share of it; before, one of about the same radius, by this share, may have another.
 const SETTLED_SHARE: f64 = 0.4;
 const SAME_RADIUS_SHARE: f64 = 0.15;
+/// An opening that begins so far behind the robot's origin is passed, in metres.
+const MISSED_M: f64 = 0.05;
 /// A bend is looked for from this far before its beginning, in metres.
 const PLANNED_M: f64 = 1.5;
 /// Past a junction points this far off a wall's line are its own, in metres.
@@ -373,6 +378,16 @@ impl Course {
             (Fitting::Branch(_) | Fitting::Cross, None | Some(Turn::Straight)) => self.pass(&outlook, place),
             _ => {}
         }
+        // A way that was named and is passed by now was not found.
+        let is_missed = |side: Side| outlook.features.openings[side.index()].is_some_and(|o| self.along_m > o.from_m + MISSED_M);
+        let missed = match turn {
+            Some(Turn::Left) => is_missed(Side::Left),
+            Some(Turn::Right) => is_missed(Side::Right),
+            _ => false,
+        };
+        if self.planned.is_none() && missed {
+            self.phase = Phase::AtTheEnd(End::NoSuchWay);
+        }
         if let Some(bend) = self.planned {
             if self.along_m > bend.start_m() - COMMITTED_M {
                 if self.itinerary.has_say(outlook.fitting) {
@@ -381,7 +396,7 @@ impl Course {
                 self.taken = outlook.fitting;
                 self.phase = Phase::Entering(bend);
             }
-        } else if blocked_m(&outlook).is_some_and(|at_m| self.along_m >= at_m - self.params.stand_off_m - AT_REST_M) {
+        } else if blocked_m(&outlook).is_some_and(|at_m| self.along_m >= at_m - self.room_m() - AT_REST_M) {
             self.phase = match (outlook.fitting, turn) {
                 (Fitting::DeadEnd | Fitting::Drop | Fitting::Obstacle, Some(Turn::TurnBack)) => Phase::TurningRound,
                 (_, Some(Turn::Stop)) => Phase::AtTheEnd(End::Route),
@@ -450,9 +465,17 @@ impl Course {
         }
     }
 
+    /// Room to leave between the robot's origin and what it cannot pass, in metres.
+    fn room_m(&self) -> f64 {
+        match self.itinerary.turn(self.ahead.outlook().fitting) {
+            Some(Turn::TurnBack) => self.params.turn_back_m,
+            _ => self.params.stand_off_m,
+        }
+    }
+
     /// By which share to be slower than usual: as bends and ends ask for.
     fn slowing(&self) -> f64 {
-        let CourseParams { speed_m_s, turn_rate_rad_s, braking_m_s2, stand_off_m, .. } = self.params;
+        let CourseParams { speed_m_s, turn_rate_rad_s, braking_m_s2, .. } = self.params;
         let in_bend = |bend: &Passage| (turn_rate_rad_s * bend.radius_m()).min(speed_m_s);
         // The speed from which it can brake to `then` over what is left.
         let before = |left_m: f64, then: f64| (then * then + 2.0 * braking_m_s2 * left_m.max(0.0)).sqrt();
@@ -463,7 +486,7 @@ impl Course {
             (Phase::TurningRound | Phase::AtTheEnd(_), _) => most = 0.0,
             (Phase::Along, None) => {
                 if let Some(at_m) = blocked_m(self.ahead.outlook()) {
-                    most = most.min(before(at_m - stand_off_m - self.along_m, CREEP_M_S));
+                    most = most.min(before(at_m - self.room_m() - self.along_m, CREEP_M_S));
                 }
             }
         }

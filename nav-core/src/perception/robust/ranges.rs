@@ -40,6 +40,8 @@ const BELOW_M: f64 = -0.02;
 /// Two ranges agree within this, in metres, and this times the square of the range, per metre: 0.2 px of a base of 60 mm and 380 px.
 const AGREE_M: f64 = 0.01;
 const AGREE_1_M: f64 = 0.02;
+/// Anything nearer ahead than this would be seen, in metres.
+const AIR_M: f64 = 1.8;
 /// A floor farther than this is too faint to be missed, in metres.
 const FLOOR_WITHIN_M: f64 = 1.6;
 /// A stripe goes on if its row changes by less than this from a block to the next, in pixels.
@@ -106,6 +108,7 @@ impl Ranger {
         for laser in 0..lasers {
             self.stripes(laser, ridges, points);
             self.unlit_floor(laser, projector, upright, points);
+            self.open_air(laser, projector, upright, points);
         }
     }
 
@@ -251,6 +254,26 @@ impl Ranger {
                 seen.any(|seen| seen.upon == Upon::Floor || seen.range_m < range_m + AGREE_M + AGREE_1_M * square(range_m));
             if in_view && range_m < FLOOR_WITHIN_M && taken.is_some() && !hidden {
                 points.push(RangePoint { point_in_base: point, laser, block, upon: Upon::Nothing });
+            }
+        }
+    }
+
+    /// How far a laser that is not seen has met nothing, in the blocks in which another one is seen on the floor.
+    fn open_air(&self, laser: usize, projector: &Projector, upright: &Upright, points: &mut Vec<RangePoint>) {
+        for (block, taken) in &self.chosen {
+            let on_floor = |at: &u32| self.candidates[*at as usize].upon == Upon::Floor;
+            if taken[laser].is_some() || !taken.iter().flatten().any(on_floor) {
+                continue;
+            }
+            let x = (usize::from(*block) * BLOCK) as f64 + (BLOCK as f64 - 1.0) / 2.0;
+            // Where its plane is so far ahead: a plane square to the way ahead stands in for what is not there.
+            let camera = upright.base_from_camera.translation.vector;
+            let ahead = upright.base_from_camera.rotation.inverse() * nalgebra::Vector3::x() / AIR_M;
+            let Some(stripe) = projector.stripe(laser, &ahead, x, projector.size[1] as f64 / 2.0) else { continue };
+            let point = upright.base_from_camera * stripe.point;
+            let in_view = (0.0..projector.size[1] as f64).contains(&stripe.y_px);
+            if in_view && point.z > 0.0 && point.x > camera.x {
+                points.push(RangePoint { point_in_base: point, laser, block: usize::from(*block), upon: Upon::Air });
             }
         }
     }
