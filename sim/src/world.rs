@@ -206,7 +206,8 @@ impl World {
         let pose = chassis.world_from_base(&physics.bodies);
         let inside = within(&self.robot, &pose);
         self.cell = self.network.cell_at(&inside, self.cell).unwrap_or(self.cell);
-        self.segment = self.network.centreline.project(&inside, self.segment).segment;
+        let facing = pose.rotation * Vector3::x();
+        self.segment = self.network.centreline.project_facing(&inside, &facing, self.segment).segment;
         Ok(())
     }
 
@@ -300,8 +301,9 @@ impl World {
     pub fn truth(&self) -> Truth {
         let bodies = &self.physics.bodies;
         let world_from_base = self.chassis.world_from_base(bodies);
-        let at = self.network.centreline.project(&world_from_base.translation.vector.into(), self.segment);
         let ahead = world_from_base.rotation * Vector3::x();
+        let base = world_from_base.translation.vector.into();
+        let at = self.network.centreline.project_facing(&base, &ahead, self.segment);
         let up = world_from_base.rotation * Vector3::z();
         let [front_left, rear_left, front_right, rear_right] = self.chassis.wheel_speeds(bodies);
         let [left, right] = &self.drives;
