@@ -1,6 +1,7 @@
 """A sweep over a Ray cluster of two nodes on this machine (`ray.cluster_utils.Cluster`), one of which is killed in mid-sweep.
 
-ray_cluster.py DUCTLOOP [--small]. The small form has fewer cases, and interrupts the sweep first.
+ray_cluster.py DUCTLOOP [--small]. The small form has fewer cases, and interrupts the sweep first. Exit code 77 where Ray cannot be started
+here, or runs not even an empty task: no program of ours has a part in that.
 """
 
 import os
@@ -14,7 +15,21 @@ import time
 os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
 
 import common
+import ray
 from ray.cluster_utils import Cluster
+
+# What a node keeps objects in, of which there are none here: the least that Ray takes.
+NODE = {"num_cpus": 1, "object_store_memory": 80 << 20}
+
+
+def runs_tasks(cluster):
+    """An empty task on each node."""
+    ray.init(address=cluster.address, log_to_driver=False)
+    try:
+        empty = ray.remote(lambda: None).options(num_cpus=1, scheduling_strategy="SPREAD")
+        ray.get([empty.remote() for _ in range(2)], timeout=90)
+    finally:
+        ray.shutdown()
 
 
 def main():
@@ -26,10 +41,21 @@ def main():
         sweep = common.write_sweep(folder, replicates)
         expected = common.local_rows(ductloop, sweep, folder)
         workers = lambda: common.processes(lambda line, _: " sweep work " in line and str(folder) in line and "--shard" in line)
-        # Where Ray keeps its sockets: a path must be short.
-        cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "include_dashboard": False})
+        # Told to all that is started from here, by which it is found.
+        os.environ["DUCTLOOP_TEST"] = name
+        ours = lambda: common.processes(lambda _, environment: f"DUCTLOOP_TEST={name}".encode() in environment)
+        cluster = None
         try:
-            lost = cluster.add_node(num_cpus=1)
+            try:
+                common.within(150)
+                common.waited_for = "Ray's start"
+                cluster = Cluster(initialize_head=True, head_node_args=NODE | {"include_dashboard": False})
+                lost = cluster.add_node(**NODE)
+                common.waited_for = "an empty task on Ray"
+                runs_tasks(cluster)
+            except Exception as error:
+                common.not_here(f"Ray does not work here: {error}")
+            common.within(600 if small else 900)
             call = [str(ductloop), "sweep", str(sweep), "--engine", "ray", "--nodes", "2", "--address", cluster.address]
             call += ["--python", sys.executable, "--out", "cluster"]
             place = folder / "cluster" / "engines"
@@ -42,7 +68,7 @@ def main():
                 going = start()
                 common.until("cases", lambda: common.parts_done(place) >= 6, 180, going)
                 going.send_signal(signal.SIGINT)
-                said = going.communicate(timeout=90)
+                said = common.ended(going, "the end after Ctrl-C", 90)
                 assert going.returncode == 130 and "are done and kept" in said[1], said
                 common.until("the end of the workers", lambda: not workers(), 30)
                 print(f"interrupted: no worker is left, {common.parts_done(place)} of {cases} cases are kept", flush=True)
@@ -54,7 +80,7 @@ def main():
             killed, kept = time.monotonic(), common.parts_done(place)
             assert kept < cases, "the sweep was over before the kill"
             common.until("the end of the lost node's worker", lambda: len(workers()) < 2, 60)
-            said = going.communicate(timeout=600)
+            said = common.ended(going, "the end of the sweep", 500)
             assert going.returncode == 0, said
             print(f"a raylet killed at {kept} of {cases} cases; all done {time.monotonic() - killed:.0f} s later", flush=True)
             ended = [line for line in log.read_text().splitlines() if line.startswith("shard ")]
@@ -65,14 +91,18 @@ def main():
             size = log.stat().st_size
             common.run(call, cwd=folder)
             assert log.stat().st_size == size
+        except SystemExit:
+            raise
         except BaseException:
             log = folder / "cluster" / "engines" / "logs" / "ray.log"
             if log.exists():
                 print(f"--- {log}\n{log.read_text(errors='replace')[-6000:]}", file=sys.stderr)
             raise
         finally:
-            cluster.shutdown()
-        common.until("the end of all processes", lambda: not common.processes(lambda line, _: str(folder) in line), 30)
+            if cluster:
+                cluster.shutdown()
+            common.kill(ours())
+        common.until("the end of all processes", lambda: not ours(), 30)
 
 
 if __name__ == "__main__":
