@@ -143,6 +143,21 @@ def processes(is_one):
     return found
 
 
+def parent(number):
+    try:
+        return int(pathlib.Path(f"/proc/{number}/stat").read_text().rsplit(")", 1)[1].split()[1])
+    except OSError:
+        return 0
+
+
+def below(number):
+    """A process and all that descends from it."""
+    found = [number]
+    for one in found:
+        found += [other for other in processes(lambda *_: True) if parent(other) == one]
+    return found
+
+
 def kill(numbers):
     """As a power cut would."""
     for number in numbers:

@@ -15,21 +15,29 @@ import time
 os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
 
 import common
-import ray
 from ray.cluster_utils import Cluster
 
 # What a node keeps objects in, of which there are none here: the least that Ray takes.
 NODE = {"num_cpus": 1, "object_store_memory": 80 << 20}
 
 
+# An empty task on each node, in a process of its own: this one would become the parent of what a killed raylet leaves, and Ray's workers
+# end only where they see that their parent is gone.
+TRIAL = """
+import sys
+import ray
+ray.init(address=sys.argv[1], log_to_driver=False)
+empty = ray.remote(lambda: None).options(num_cpus=1, scheduling_strategy="SPREAD")
+ray.get([empty.remote() for _ in range(2)], timeout=90)
+"""
+
+
 def runs_tasks(cluster):
-    """An empty task on each node."""
-    ray.init(address=cluster.address, log_to_driver=False)
-    try:
-        empty = ray.remote(lambda: None).options(num_cpus=1, scheduling_strategy="SPREAD")
-        ray.get([empty.remote() for _ in range(2)], timeout=90)
-    finally:
-        ray.shutdown()
+    told = subprocess.run(
+        [sys.executable, "-c", TRIAL, cluster.address], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=120
+    )
+    if told.returncode != 0:
+        raise RuntimeError(f"an empty task does not run: {told.stderr[-2000:]}")
 
 
 def main():
@@ -75,14 +83,14 @@ def main():
             before = common.parts_done(place)
             going = start()
             common.until("more cases", lambda: common.parts_done(place) >= before + 6 and len(workers()) == 2, 180, going)
-            # The raylet alone, without a word: its workers notice, and the tasks die with them.
-            lost.all_processes["raylet"][0].process.kill()
+            # A power cut: the raylet alone would not do, as a task may outlive it.
+            common.kill(common.below(lost.all_processes["raylet"][0].process.pid))
             killed, kept = time.monotonic(), common.parts_done(place)
             assert kept < cases, "the sweep was over before the kill"
             common.until("the end of the lost node's worker", lambda: len(workers()) < 2, 60)
             said = common.ended(going, "the end of the sweep", 500)
             assert going.returncode == 0, said
-            print(f"a raylet killed at {kept} of {cases} cases; all done {time.monotonic() - killed:.0f} s later", flush=True)
+            print(f"a node killed at {kept} of {cases} cases; all done {time.monotonic() - killed:.0f} s later", flush=True)
             ended = [line for line in log.read_text().splitlines() if line.startswith("shard ")]
             assert len(ended) == 2 and not any("failed" in line for line in ended), ended
             print(f"on Ray: {time.monotonic() - started:.0f} s", flush=True)

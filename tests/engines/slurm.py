@@ -116,7 +116,7 @@ class Cluster:
         self.started[1 + index].kill()
         self.started[1 + index].wait()
         tasks = self.on_node(NODES[index])
-        keepers = {parent(number) for number in tasks if "slurmstepd" in command(parent(number))}
+        keepers = {common.parent(number) for number in tasks if "slurmstepd" in command(common.parent(number))}
         tasks = [number for number in tasks if "slurmstepd" not in command(number)]
         common.kill(sorted(keepers))
         common.kill(tasks)
@@ -132,13 +132,6 @@ class Cluster:
                 daemon.wait()
         here = f"SLURM_CONF={os.environ['SLURM_CONF']}".encode()
         common.kill(common.processes(lambda _, environment: here in environment))
-
-
-def parent(number):
-    try:
-        return int(pathlib.Path(f"/proc/{number}/stat").read_text().rsplit(")", 1)[1].split()[1])
-    except OSError:
-        return 0
 
 
 def command(number):
