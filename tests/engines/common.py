@@ -55,6 +55,8 @@ def within(seconds):
         raise AssertionError(f"not over within {seconds} s; it waited for {waited_for}")
 
     signal.signal(signal.SIGALRM, over)
+    # Ended from outside it takes along what it has started, too.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     signal.alarm(seconds)
 
 

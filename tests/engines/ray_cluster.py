@@ -44,7 +44,7 @@ def main():
     ductloop, small = pathlib.Path(sys.argv[1]).absolute(), "--small" in sys.argv
     with tempfile.TemporaryDirectory(prefix="ductloop-ray-") as name:
         folder = pathlib.Path(name)
-        replicates = 20 if small else 80
+        replicates = 40 if small else 80
         cases = replicates * common.POINTS
         sweep = common.write_sweep(folder, replicates)
         expected = common.local_rows(ductloop, sweep, folder)

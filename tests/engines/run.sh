@@ -103,7 +103,7 @@ step "a full disk"
 run "a full disk" tests/engines/full_disk.py "$DUCTLOOP"
 
 if slurm; then
-    step "Slurm, $(sbatch --version 2>&1 || true)"
+    step "Slurm, $(PATH="$PATH:/usr/sbin:/sbin" slurmctld -V 2>/dev/null || true)"
     run Slurm tests/engines/slurm.py "$DUCTLOOP" "${small[@]}"
 else
     skip Slurm "it is not here and cannot be installed (Debian: slurmctld slurmd slurm-client)"
