@@ -20,6 +20,8 @@ const ACROSS_RAYS: f64 = 24.0;
 const PARALLAX_M: f64 = 0.06;
 /// What is seen behind a wall's line stands across if it spreads so much across for what it spreads along, which far ranges blur.
 const ACROSS_SHARE: f64 = 0.6;
+/// What is less far behind a wall's line, in metres, may be a stray range.
+const LEAST_DEEP_M: f64 = 0.08;
 /// What is seen so far behind a wall's line, as a share of half the duct's width, is seen through an opening.
 const DEEP_SHARE: f64 = 0.8;
 /// The floor ends where it is missed for so long, in metres, so many times as often as it is lit, after it was lit over so much, from so far
@@ -28,6 +30,8 @@ const MISSED_M: f64 = 0.06;
 const MISSED_SHARE: f64 = 3.0;
 const LIT_M: f64 = 0.1;
 const LIT_WITHIN_M: f64 = 0.5;
+/// Right before a wall the stripe on the floor is lost in what the wall throws back: there nothing is made of it, in metres.
+const BEFORE_WALL_M: f64 = 0.4;
 /// An opening and a wall that leaves its line begin at one place within this, in metres.
 const SAME_M: f64 = 0.15;
 /// Free rays over those that ended, beyond which nothing stands there.
@@ -49,6 +53,8 @@ pub struct Opening {
 pub struct Features {
     /// The next opening to the left and to the right.
     pub openings: [Option<Opening>; 2],
+    /// Where there may be an opening to the left and to the right that is not seen well enough to be one, in metres along the duct.
+    pub doubtful_m: [Option<f64>; 2],
     /// Where something stands across the middle, in metres along the duct.
     pub across_m: Option<f64>,
     /// How far that reaches to the right and to the left of the middle, in metres.
@@ -93,12 +99,17 @@ impl Strip {
         // Rays that reach a wall which has left its line outwards have passed through no opening.
         let opening = |opening: Option<Opening>, side: usize| {
             let is_wall = |o: &Opening| changes[side].is_some_and(|change| change.from_m <= o.from_m + SAME_M);
-            opening.filter(|o| !is_wall(o) && (across_m.is_some() || self.is_deep(side, o, half_m)))
+            opening.filter(|o| !is_wall(o) && self.is_deep(side, o, half_m, across_m.is_some()))
         };
+        let openings = [opening(left.0, 0), opening(right.0, 1)];
         Features {
-            openings: [opening(left.0, 0), opening(right.0, 1)],
+            openings,
+            doubtful_m: [0, 1].map(|side| {
+                let raw = [left.0, right.0][side];
+                raw.filter(|_| openings[side].is_none() && changes[side].is_none()).map(|opening| opening.from_m)
+            }),
             changes,
-            drop_m: self.drop(along_m),
+            drop_m: self.drop(along_m).filter(|at_m| across_m.is_none_or(|across_m| across_m > at_m + BEFORE_WALL_M)),
             across_m,
             across_reach_m,
             free_to_m: self.free_to(along_m),
@@ -107,11 +118,15 @@ impl Strip {
     }
 
     /// Whether what is behind an opening stands across its own way, or is far behind it. A wall that has left its line is neither.
-    fn is_deep(&self, side: usize, opening: &Opening, half_m: f64) -> bool {
+    /// Where something stands across the duct, what is seen through the opening is that, too: there it must only be behind the wall's line
+    /// by more than a stray range.
+    fn is_deep(&self, side: usize, opening: &Opening, half_m: f64, ends: bool) -> bool {
         let bins = Self::number(opening.from_m)..Self::number(opening.open_to_m);
-        let ends = bins.filter_map(|number| self.bin(number)?.flanks[side].ends_m);
-        let Some([along_m, offset_m]) = ends.fold(None, |all, ends| Some(widened(all, ends))) else { return false };
-        offset_m[1] - offset_m[0] > ACROSS_SHARE * (along_m[1] - along_m[0]) || offset_m[1] - half_m > DEEP_SHARE * half_m
+        let behind = bins.filter_map(|number| self.bin(number)?.flanks[side].ends_m);
+        let Some([along_m, offset_m]) = behind.fold(None, |all, ends| Some(widened(all, ends))) else { return false };
+        let deep_m = offset_m[1] - half_m;
+        deep_m > LEAST_DEEP_M
+            && (ends || offset_m[1] - offset_m[0] > ACROSS_SHARE * (along_m[1] - along_m[0]) || deep_m > DEEP_SHARE * half_m)
     }
 
     /// The next opening of a side's wall, and how far the wall is closed.

@@ -139,10 +139,12 @@ impl Ahead {
     }
 
     /// The wall that a bend to this side turns along, from the last frames' points: straight or an arc, whichever explains more of them.
-    pub fn outer(&self, place: &DuctPlace, side: Side, opening: &Opening) -> Option<Outer> {
+    /// Only an elbow has an arc.
+    pub fn outer(&self, place: &DuctPlace, fitting: Fitting, side: Side, opening: &Opening) -> Option<Outer> {
         let points = outer_wall::off_the_walls(self.points.iter().flatten().copied(), place, side, opening);
         let wall = outer_wall::find(&points, place, side, opening);
-        let arc = outer_arc::find(&points, place, side, opening.from_m).filter(|arc| arc.share >= LEAST_SHARE);
+        let arc = outer_arc::find(&points, place, side, opening.from_m)
+            .filter(|arc| fitting == Fitting::Elbow(side) && arc.share >= LEAST_SHARE);
         match (wall, arc) {
             (Some(wall), Some(arc)) if arc.share > wall.share + ARC_BY => Some(Outer::Arc(arc)),
             (Some(wall), _) if wall.share >= LEAST_WALL_SHARE => Some(Outer::Wall(wall)),

@@ -154,12 +154,14 @@ fn classify(features: &Features, place: &DuctPlace) -> (Fitting, f64) {
     let last_m = features.changes.iter().flatten().map(|change| change.to_m).fold(last_m, f64::max);
     let goes_on = features.free_to_m >= last_m + GOES_ON_WIDTHS * width_m;
     // The wall opposite a branch is seen to go on.
-    let closed = |side: Side| features.closed_to_m[side.index()] >= nearer + OPPOSITE_WIDTHS * width_m;
+    // What may be an opening is one of this fitting's if it is as near as that could be.
+    let sure = |side: Side| features.doubtful_m[side.index()].is_none_or(|from_m| from_m > nearer + OPPOSITE_WIDTHS * width_m);
+    let closed = |side: Side| sure(side) && features.closed_to_m[side.index()] >= nearer + OPPOSITE_WIDTHS * width_m;
     match (left, right, across) {
         (Some(_), Some(_), Some(_)) => (Fitting::BullheadTee, nearer),
         (Some(_), Some(_), None) if goes_on => (Fitting::Cross, nearer),
-        (Some(_), None, Some(_)) => (Fitting::Elbow(Side::Left), nearer),
-        (None, Some(_), Some(_)) => (Fitting::Elbow(Side::Right), nearer),
+        (Some(_), None, Some(_)) if sure(Side::Right) => (Fitting::Elbow(Side::Left), nearer),
+        (None, Some(_), Some(_)) if sure(Side::Left) => (Fitting::Elbow(Side::Right), nearer),
         (Some(_), None, None) if goes_on && closed(Side::Right) => (Fitting::Branch(Side::Left), nearer),
         (None, Some(_), None) if goes_on && closed(Side::Left) => (Fitting::Branch(Side::Right), nearer),
         (None, None, Some(at)) if features.closed_to_m.iter().all(|to| *to >= at - UNSEEN_WIDTHS * width_m) => {

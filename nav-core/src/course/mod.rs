@@ -170,7 +170,7 @@ pub struct Course {
     along_m: f64,
     /// Way along the path up to this duct's coordinate zero, in metres.
     before_m: f64,
-    /// The fitting that the robot goes through, or went through last.
+    /// The fitting that the robot is about to go through, goes through, or went through last.
     taken: Fitting,
     /// Junctions taken.
     junctions: u32,
@@ -374,6 +374,7 @@ impl Course {
             }
             (Fitting::Transition, _) => {
                 self.planned = Taper::between(place.width_m, &outlook.features.changes).map(Passage::Taper);
+                self.taken = Fitting::Transition;
             }
             (Fitting::Branch(_) | Fitting::Cross, None | Some(Turn::Straight)) => self.pass(&outlook, place),
             _ => {}
@@ -390,10 +391,9 @@ impl Course {
         }
         if let Some(bend) = self.planned {
             if self.along_m > bend.start_m() - COMMITTED_M {
-                if self.itinerary.has_say(outlook.fitting) {
-                    self.take_turn(outlook.fitting);
+                if self.itinerary.has_say(self.taken) {
+                    self.take_turn(self.taken);
                 }
-                self.taken = outlook.fitting;
                 self.phase = Phase::Entering(bend);
             }
         } else if blocked_m(&outlook).is_some_and(|at_m| self.along_m >= at_m - self.room_m() - AT_REST_M) {
@@ -420,11 +420,16 @@ impl Course {
             return;
         }
         let Some(opening) = outlook.features.openings[side.index()] else { return };
-        if let Some(outer) = self.ahead.outer(place, side, &opening) {
-            self.planned = Some(match outer {
+        if let Some(outer) = self.ahead.outer(place, outlook.fitting, side, &opening) {
+            let bend = match outer {
                 Outer::Wall(wall) => Passage::Bend(Bend::along(&wall, place.width_m)),
                 Outer::Arc(arc) => Passage::Bend(Bend::within(&arc, place.width_m)),
-            });
+            };
+            // One that would have begun already is none.
+            if bend.start_m() > self.along_m - COMMITTED_M {
+                self.taken = outlook.fitting;
+                self.planned = Some(bend);
+            }
         }
     }
 
