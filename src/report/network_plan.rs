@@ -12,8 +12,9 @@ use super::plan::{hull, wall_pieces};
 use super::plot::escaped;
 use crate::scenario::Scenario;
 
-/// Width of the drawing, and its greatest height, in pixels.
-const WIDTH: f64 = 1200.0;
+/// Greatest width and height of the drawing, in pixels; a small network's is no wider than this.
+const WIDTH_MAX: f64 = 1200.0;
+const WIDTH_SMALL: f64 = 460.0;
 const HEIGHT_MAX: f64 = 1500.0;
 /// Space around the network: room for labels beside it.
 const MARGIN: f64 = 110.0;
@@ -24,7 +25,7 @@ const LINE: f64 = 14.0;
 /// Arrows on the route are about this far apart, in pixels.
 const ARROWS: f64 = 70.0;
 /// The most pixels a metre: small networks are not blown up further.
-const PER_M_MAX: f64 = 260.0;
+const PER_M_MAX: f64 = 200.0;
 
 const STYLE: &str = "\
 text{font:12px system-ui,'DejaVu Sans',sans-serif;fill:#222}\
@@ -42,6 +43,7 @@ struct Scale {
     per_m: f64,
     left_m: f64,
     top_m: f64,
+    width: f64,
     height: f64,
 }
 
@@ -51,9 +53,11 @@ impl Scale {
         let least = |coordinate: fn(&Point3<f64>) -> f64| corners().map(coordinate).fold(f64::INFINITY, f64::min);
         let (left, right) = (least(|p| p.x), -least(|p| -p.x));
         let (bottom, top) = (least(|p| p.y), -least(|p| -p.y));
-        let per_m = ((WIDTH - 2.0 * MARGIN) / (right - left)).min((HEIGHT_MAX - 2.0 * MARGIN) / (top - bottom)).min(PER_M_MAX);
-        let spare_m = (WIDTH - 2.0 * MARGIN) / per_m - (right - left);
-        Self { per_m, left_m: left - spare_m / 2.0, top_m: top, height: (top - bottom) * per_m + 2.0 * MARGIN }
+        let per_m =
+            ((WIDTH_MAX - 2.0 * MARGIN) / (right - left)).min((HEIGHT_MAX - 2.0 * MARGIN) / (top - bottom)).min(PER_M_MAX);
+        let width = ((right - left) * per_m + 2.0 * MARGIN).max(WIDTH_SMALL);
+        let spare_m = (width - 2.0 * MARGIN) / per_m - (right - left);
+        Self { per_m, left_m: left - spare_m / 2.0, top_m: top, width, height: (top - bottom) * per_m + 2.0 * MARGIN }
     }
 
     fn at(&self, p: &Point2<f64>) -> [f64; 2] {
@@ -80,17 +84,18 @@ pub fn svg(scenario: &Scenario, network: &Network) -> String {
 }
 
 fn draw(out: &mut String, scale: &Scale, scenario: &Scenario, network: &Network) -> std::fmt::Result {
-    let (title, height) = (escaped(&scenario.name), scale.height);
+    let (title, width, height) = (escaped(&scenario.name), scale.width, scale.height);
     writeln!(
         out,
-        r#"<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{height:.0}" viewBox="0 0 {WIDTH} {height:.0}" role="img">"#
+        r#"<svg xmlns="http://www.w3.org/2000/svg" role="img" width="{width:.0}" height="{height:.0}" viewBox="0 0 {width:.0} {height:.0}">"#
     )?;
     writeln!(out, "<title>Plan of {title}</title><style>{STYLE}</style>")?;
-    writeln!(out, r##"<rect width="{WIDTH}" height="{height:.0}" fill="#fff"/>"##)?;
+    writeln!(out, r##"<rect width="{width:.0}" height="{height:.0}" fill="#fff"/>"##)?;
+    writeln!(out, r#"<text class="head" x="20" y="28">{title}</text>"#)?;
     let route_m = network.centreline.length_m();
     writeln!(
         out,
-        r#"<text class="head" x="20" y="28">{title}</text><text class="size" x="20" y="46">{} fittings, way {route_m:.2} m, begins {}; widths x heights in mm</text>"#,
+        r#"<text class="size" x="20" y="46">{} fittings, way {route_m:.2} m, begins {}; widths x heights in mm</text>"#,
         network.fittings.len(),
         section([scenario.duct.width_m, scenario.duct.height_m])
     )?;
@@ -267,8 +272,10 @@ fn draw_labels(out: &mut String, scale: &Scale, scenario: &Scenario, network: &N
                     low: [centre[0] - wide / 2.0, centre[1] - high / 2.0],
                     high: [centre[0] + wide / 2.0, centre[1] + high / 2.0],
                 };
-                let outside =
-                    area.low[0] < 2.0 || area.low[1] < 54.0 || area.high[0] > WIDTH - 2.0 || area.high[1] > scale.height - 2.0;
+                let outside = area.low[0] < 2.0
+                    || area.low[1] < 54.0
+                    || area.high[0] > scale.width - 2.0
+                    || area.high[1] > scale.height - 2.0;
                 let covered: f64 = taken.iter().map(|other| area.shared(other)).sum();
                 let cost = covered + if outside { 1e5 } else { 0.0 } + away * 0.4;
                 if best.is_none_or(|(least, _)| cost < least) {
@@ -441,7 +448,7 @@ fn draw_scale_bar(out: &mut String, scale: &Scale) -> std::fmt::Result {
         .into_iter()
         .find(|length_m| length_m * scale.per_m > 60.0)
         .unwrap_or(200.0);
-    let (x, y) = (WIDTH - 30.0 - length_m * scale.per_m, 34.0);
+    let (x, y) = (scale.width - 30.0 - length_m * scale.per_m, 24.0);
     writeln!(out, r#"<path class="wall" d="M{x:.1} {y}h{:.1}"/>"#, length_m * scale.per_m)?;
     writeln!(out, r#"<text x="{x:.1}" y="{}">{length_m} m</text>"#, y - 6.0)
 }

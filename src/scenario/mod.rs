@@ -6,7 +6,8 @@
 //! - `source`, `parse`, `tree`: texts to TOML values with their places;
 //! - [`overlay`], `typed`: the file **as typed**, with what `--with` and `--set` lay over it;
 //! - `check`, `value`, `unknown_key`: each key and value against its row;
-//! - `presets`, `resolve`, `elements`, `fittings`, `faults`: presets beneath, defaults filled in, into the typed [`Scenario`] **as resolved**;
+//! - `presets`, `resolve`, `elements`, `fittings`, `faults`: presets beneath, defaults filled in, into the typed [`Scenario`] **as
+//!   resolved**;
 //! - `random_network`: networks drawn from a seed, as if they had been typed;
 //! - `layout`: runs and branches as the pieces and joins of a network;
 //! - `cross`: what fields say of each other;

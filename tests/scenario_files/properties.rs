@@ -93,7 +93,7 @@ fn a_drawn_network_is_written_out_as_if_typed() {
             "format = 1\nkind = \"scenario\"\nname = \"r\"\nseed = {seed}\n[duct]\nwidth_m = 0.5\nheight_m = 0.3\n[duct.random]\n"
         )
     };
-    for seed in 0..20 {
+    for seed in 0..200 {
         let drawn = Scenario::from_toml_str(&text(seed)).unwrap_or_else(|errors| panic!("{errors}"));
         let written = drawn.to_toml();
         assert!(!written.contains("random") && written.contains("name = \"straight-1\""));

@@ -182,7 +182,8 @@ impl Network {
     }
 
     /// Joins pieces port to port: the first one's `in` at the world's origin, the others as a walk over the joins, nearest first, comes
-    /// to them; a join of two pieces that earlier joins connect must close a cycle. Ports that are neither joined nor among `ends` are capped.
+    /// to them; a join of two pieces that earlier joins connect must close a cycle. Ports that are neither joined nor among `ends`
+    /// are capped.
     ///
     /// # Errors
     /// What cannot be joined, with the names of both ends.

@@ -63,7 +63,7 @@ impl Cross<'_> {
                 let message = format!(
                     "{} runs into {}: both would occupy the same space",
                     self.called(&layout, *second),
-                    self.called(&layout, *first)
+                    self.called(&layout, *first).trim_end_matches(',')
                 );
                 self.at(&path, message, "turn the other way, or put a longer straight between them".to_owned());
             }
@@ -93,13 +93,25 @@ impl Cross<'_> {
         self.checked.wrong(path, Finding::new(span, format!("`{path}`: {error}")).help(help));
     }
 
+    /// Where to say that a turn is missing: the turns that there are, else the junction.
+    fn too_short_at(&self, junction: &str) -> String {
+        if self.typed.root.at("route.turns").is_some() {
+            return "route.turns".to_owned();
+        }
+        let path = self.scenario.duct.layout().ok().and_then(|layout| {
+            let index = layout.pieces.iter().position(|piece| piece.name == junction)?;
+            layout.paths.get(index).cloned()
+        });
+        path.unwrap_or_else(|| "duct.run".to_owned())
+    }
+
     fn no_way(&mut self, error: &RouteError) {
         let list = |turns: &[Turn]| turns.iter().map(|turn| format!("\"{turn}\"")).collect::<Vec<_>>().join(", ");
         let (path, help) = match error {
             RouteError::Start { .. } => ("duct.run".to_owned(), String::new()),
             RouteError::NotOffered { index, offers, .. } => (format!("route.turns[{index}]"), format!("one of {}", list(offers))),
-            RouteError::TooShort { .. } => (
-                "route.turns".to_owned(),
+            RouteError::TooShort { piece, .. } => (
+                self.too_short_at(piece),
                 "`[route]` with `turns`, one for each junction on the way, \"stop\" to end there, or `explore = true`".to_owned(),
             ),
             RouteError::TooLong { turns, .. } => {
