@@ -232,10 +232,11 @@ impl Centreline {
         /// More than 120 degrees off the path's direction is facing back.
         const FACING_BACK: f64 = -0.5;
         let at = self.project(point, near);
-        match self.same_place_on_the_way_back(at.segment) {
-            Some(segment) if at.forward.dot(facing) < FACING_BACK * facing.norm() => self.project(point, segment),
-            _ => at,
+        // First what costs least: looking for the way back goes along the path.
+        if at.forward.dot(facing) >= FACING_BACK * facing.norm() {
+            return at;
         }
+        self.same_place_on_the_way_back(at.segment).map_or(at, |segment| self.project(point, segment))
     }
 
     /// The segment on the way back out of a dead end that goes along the same piece of path as this one on the way in.

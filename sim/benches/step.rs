@@ -31,6 +31,30 @@ fn winding() -> Vec<Fitting> {
     turns.take(50).flat_map(|turn| [fitting(Shape::Straight { length_m: 1.0 }), elbow(turn)]).collect()
 }
 
+/// A staircase of five fittings each: a straight, a slope up or down, an elbow to the left, a straight, an elbow to the right.
+fn stairs(times: usize) -> Vec<Fitting> {
+    let elbow = |angle_rad: f64| fitting(Shape::RadiusElbow { angle_rad, throat_radius_m: 0.375 });
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let straight = fitting(Shape::Straight { length_m: 1.5 });
+    let slope = |i: usize| fitting(Shape::Slope { length_m: 1.0, angle_rad: if i.is_multiple_of(2) { 0.1 } else { -0.1 } });
+    (0..times).flat_map(|i| [straight, slope(i), elbow(quarter), straight, elbow(-quarter)]).collect()
+}
+
+/// What a tick costs where the floors are not one plane, in a network of 5 fittings and at the same place in the middle of one of 500.
+/// The robot turns slowly on the spot where the slope begins, on both planes.
+fn growth(c: &mut Criterion) {
+    for (name, times) in [("5 fittings", 1), ("500 fittings", 100)] {
+        let network = Network::from_run(&stairs(times), End::Cap, End::Cap).expect("a duct");
+        let first = times / 2 / 2 * 2 * 5;
+        let start = network.world_from_fitting[first] * Translation3::new(1.45, 0.0, 0.0);
+        let ground = Ground::uniform(0.7);
+        let mut world =
+            World::new(&network, &RobotSpec::incra1(), &ground, &start, MountAngles::default(), 1200).expect("a world");
+        c.bench_function(&format!("step/stairs of {name}"), |b| b.iter(|| world.step(Sides { left: -0.06, right: 0.06 })));
+        c.bench_function(&format!("truth/stairs of {name}"), |b| b.iter(|| world.truth()));
+    }
+}
+
 fn step(c: &mut Criterion) {
     // In the winding duct the robot stands and turns slowly on the spot, so that it stays there however long it is measured.
     for (name, fittings, duty) in [
@@ -52,5 +76,5 @@ fn step(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, step);
+criterion_group!(benches, step, growth);
 criterion_main!(benches);

@@ -1,7 +1,7 @@
 //! How far the robot's outline is from the nearest wall, ceiling or solid.
 
 use ductloop_duct::Transform;
-use ductloop_duct::cell::{Beyond, CellId, Solid};
+use ductloop_duct::cell::{Beyond, CellId, FaceKind, Solid};
 use ductloop_duct::network::Network;
 use nalgebra::Point3;
 use rapier3d::math::Pose;
@@ -28,6 +28,11 @@ impl Outline {
             .map(|sphere| sphere.center().length() + sphere.radius())
             .fold(0.0, f64::max);
         Self { parts, reach_m }
+    }
+
+    /// How far the robot reaches from its base's origin, in metres.
+    pub fn reach_m(&self) -> f64 {
+        self.reach_m
     }
 
     /// Smallest distance from the robot to one solid, in metres; zero when it touches. Infinite for a solid without volume.
@@ -58,7 +63,8 @@ impl Outline {
                     }
                 }
             }
-            for face in &network.cells[id].faces {
+            // Into a shaft below a floor there is no way down but for a robot in it, which then starts there.
+            for face in network.cells[id].faces.iter().filter(|face| face.kind != FaceKind::Floor) {
                 // Beyond this plane nothing is nearer than the plane itself.
                 if -face.plane.distance(&base) - self.reach_m > nearest_m {
                     continue;

@@ -14,7 +14,7 @@ use rapier3d::math::Vector;
 use rapier3d::prelude::{ContactModificationContext, ModifiableContacts, PhysicsHooks};
 
 use crate::convert;
-use crate::walls::{Sheet, Walls};
+use crate::walls::{Obstacle, Sheet, Walls};
 
 /// Edges nearer than this are the same: the rounding of a long chain of transforms.
 const SAME_M: f64 = 1e-6;
@@ -45,51 +45,63 @@ pub struct SeamFilter {
 }
 
 impl SeamFilter {
-    /// Finds how the sheets of all cells meet. Limits are in the order of the sheets, cell by cell.
+    /// Finds how the sheets of all cells meet. Limits are in the order of the walls, cell by cell, and then of the floors' slabs.
     pub fn new(network: &Network, walls: &Walls) -> Self {
-        let sheets: Vec<Vec<&Sheet>> =
-            walls.of_cell.iter().map(|cell| cell.iter().filter_map(|o| o.sheet.as_ref()).collect()).collect();
-        // The turn over each edge of each sheet of each cell; `None` until something adjoins there.
-        let mut turns: Vec<Vec<Vec<Option<f64>>>> =
-            sheets.iter().map(|cell| cell.iter().map(|sheet| vec![None; sheet.outline.len()]).collect()).collect();
-        for (cell, of_cell) in sheets.iter().enumerate() {
-            for (index, sheet) in of_cell.iter().enumerate() {
-                for (edge, turn) in turns[cell][index].iter_mut().enumerate() {
-                    let middle = sheet.edge_middle(edge);
-                    if walls.floor.distance(&middle).abs() < SAME_M {
-                        *turn = Some(0.0);
-                    }
-                    for at in cells_around(network, cell, &middle) {
-                        for (other, neighbour) in sheets[at].iter().enumerate() {
-                            if (at, other) != (cell, index) && neighbour.touches(&middle) {
-                                *turn = Some(turn.unwrap_or(0.0).max(turn_rad(&sheet.plane, neighbour)));
-                            }
-                        }
-                    }
-                }
-            }
-        }
-        let limits = sheets.iter().flatten().zip(turns.iter().flatten()).map(|(sheet, turns)| Limits {
-            inward: -convert::vector(&sheet.plane.normal),
-            edges: (0..turns.len())
-                .map(|edge| EdgeLimit {
-                    outward: convert::vector(&sheet.edge_outward(edge)),
-                    // A free edge, at an open end, is a corner.
-                    sin_cos: libm::sincos(turns[edge].unwrap_or(FRAC_PI_2) + PLAY_RAD),
+        let sheets_of = |obstacles: &[Vec<Obstacle>]| -> Vec<Vec<Sheet>> {
+            obstacles.iter().map(|cell| cell.iter().filter_map(|obstacle| obstacle.sheet.clone()).collect()).collect()
+        };
+        let (walls_of, floors_of) = (sheets_of(&walls.of_cell), sheets_of(&walls.floor_slabs));
+        let mut limits = Vec::new();
+        for (cell, sheets) in walls_of.iter().enumerate() {
+            limits.extend(sheets.iter().enumerate().map(|(index, sheet)| {
+                Limits::new(sheet, |middle| {
+                    // The turn over the edge; `None` until something adjoins there. A wall that stands on a floor turns nowhere.
+                    let around = cells_around(network, cell, middle);
+                    let on_floor =
+                        around.iter().flat_map(|at| walls.floors.of_cell(*at)).any(|floor| floor.is_level_with(middle));
+                    let adjoining = around.iter().flat_map(|at| {
+                        let others = walls_of[*at].iter().enumerate();
+                        others.filter(move |(other, _)| (*at, *other) != (cell, index)).map(|(_, other)| other)
+                    });
+                    adjoining.fold(on_floor.then_some(0.0), |turn, other| turn_over(sheet, middle, other, turn))
                 })
-                .collect(),
-        });
-        Self { limits: limits.collect() }
+            }));
+        }
+        for (cell, sheets) in floors_of.iter().enumerate() {
+            limits.extend(sheets.iter().map(|sheet| {
+                Limits::new(sheet, |middle| {
+                    let around = cells_around(network, cell, middle);
+                    let adjoining = around.iter().flat_map(|at| walls_of[*at].iter().chain(&floors_of[*at]));
+                    adjoining.filter(|other| *other != sheet).fold(None, |turn, other| turn_over(sheet, middle, other, turn))
+                })
+            }));
+        }
+        Self { limits }
     }
 }
 
 impl Limits {
+    /// Limits of a sheet; `turn` says by how much the wall turns away over an edge with this middle, `None` if nothing adjoins.
+    fn new(sheet: &Sheet, turn: impl Fn(&Point3<f64>) -> Option<f64>) -> Self {
+        let edge = |edge| EdgeLimit {
+            outward: convert::vector(&sheet.edge_outward(edge)),
+            // A free edge, at an open end, is a corner.
+            sin_cos: libm::sincos(turn(&sheet.edge_middle(edge)).unwrap_or(FRAC_PI_2) + PLAY_RAD),
+        };
+        Self { inward: -convert::vector(&sheet.plane.normal), edges: (0..sheet.outline.len()).map(edge).collect() }
+    }
+
     /// Whether a contact can push along `normal`, a unit vector away from the slab.
     fn allow(&self, normal: Vector) -> bool {
         let up = normal.dot(self.inward);
         // sin(tilt - largest tilt) <= 0
         self.edges.iter().all(|edge| normal.dot(edge.outward) * edge.sin_cos.1 <= up * edge.sin_cos.0)
     }
+}
+
+/// The greater of `turn` and the turn over the edge with this middle where `neighbour` adjoins it.
+fn turn_over(sheet: &Sheet, middle: &Point3<f64>, neighbour: &Sheet, turn: Option<f64>) -> Option<f64> {
+    if neighbour.touches(middle) { Some(turn.unwrap_or(0.0).max(turn_rad(&sheet.plane, neighbour))) } else { turn }
 }
 
 /// By how much the wall turns away behind a sheet where `neighbour` adjoins it: zero where it goes on flat or turns inward.
@@ -133,7 +145,7 @@ impl Sheet {
     }
 
     /// Whether a point lies on the sheet or its rim.
-    fn touches(&self, point: &Point3<f64>) -> bool {
+    pub(crate) fn touches(&self, point: &Point3<f64>) -> bool {
         self.plane.distance(point).abs() < SAME_M
             && (0..self.outline.len()).all(|edge| self.edge_outward(edge).dot(&(point - self.outline[edge])) < SAME_M)
     }

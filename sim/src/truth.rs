@@ -12,6 +12,10 @@ pub struct Truth {
     pub world_from_base: Transform,
     /// The cell that holds the robot, or the last one that did.
     pub cell: CellId,
+    /// Index of the fitting that this cell is a part of.
+    pub fitting: usize,
+    /// Index of the segment of the reference path that the base is beside. Where the path comes by a place again, it tells the pass.
+    pub segment: usize,
     /// Distance along the reference path, in m.
     pub distance_m: f64,
     /// Offset of the base from the reference path, left positive, in m.

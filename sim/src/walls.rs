@@ -1,4 +1,7 @@
-//! The duct's sheet metal as the robot meets it: one floor plane, and a convex slab behind every other closed piece of face.
+//! The duct's sheet metal as the robot meets it: the floors' planes, and a convex slab behind every other closed piece of face.
+//!
+//! Wheels meet planes, as seams between pieces of floor would trip them. Where the floors are not one plane, chassis and mast meet
+//! slabs behind the floors, as they would hang on a plane that goes on beyond its floor.
 //!
 //! A slab's inner side is the piece of face itself; its outer side stands [`THICKNESS_M`] further out and is drawn in, so that
 //! the slabs of two walls that meet in an inner corner as sharp as 60 degrees (a mitre of 120 degrees) stay out of each
@@ -6,13 +9,14 @@
 //! [`THINNEST_M`] reaches into another cell the network is refused: the robot would bump into a wall that is not there.
 
 use ductloop_duct::box_tree::{Bounds, BoxTree};
-use ductloop_duct::cell::{Cell, FaceKind, Plane, Solid};
+use ductloop_duct::cell::{Cell, CellId, FaceKind, Plane, Solid};
 use ductloop_duct::network::Network;
 use nalgebra::{Point3, Vector3};
 use rapier3d::geometry::SharedShape;
 use rapier3d::math::Vector;
 
 use crate::convert;
+use crate::floors::Floors;
 use crate::opening::closed_parts;
 
 /// Thickness of a slab where there is room: ten ticks of travel at 1.2 m/s, so nothing passes through it.
@@ -49,31 +53,17 @@ pub struct Sheet {
 /// Everything of a network that a robot can touch.
 #[derive(Clone)]
 pub struct Walls {
-    /// The plane of all floors, normal down, out of the ducts.
-    pub floor: Plane,
+    /// The floors.
+    pub floors: Floors,
     /// Walls, ceilings and solids of each cell.
     pub of_cell: Vec<Vec<Obstacle>>,
+    /// What the chassis meets of the floors of each cell, where they are not one plane.
+    pub floor_slabs: Vec<Vec<Obstacle>>,
 }
 
 /// Why a network cannot be driven in.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum WallError {
-    /// Not all floors lie in one plane.
-    #[error(
-        "the floor of fitting {fitting} lies {off_mm:.3} mm off the plane of the first one; all floors must lie in one plane"
-    )]
-    FloorsNotInOnePlane {
-        /// The fitting, from 0.
-        fitting: usize,
-        /// How far off.
-        off_mm: f64,
-    },
-    /// A floor has an opening.
-    #[error("the floor of fitting {fitting} has an opening; openings in floors cannot be driven over")]
-    FloorOpening {
-        /// The fitting, from 0.
-        fitting: usize,
-    },
     /// A wall's slab would stand in another duct.
     #[error("there is no room behind a wall of fitting {fitting}: less than {} mm to the inside of fitting {other}", THINNEST_M * 1e3)]
     NoRoom {
@@ -91,12 +81,16 @@ pub enum WallError {
 }
 
 impl Walls {
-    /// Makes the floor and the obstacles of a network.
+    /// Makes the floors and the obstacles of a network.
     ///
     /// # Errors
     /// What about the network cannot be driven in.
     pub fn new(network: &Network) -> Result<Self, WallError> {
-        let floor = floor(network)?;
+        let floors = Floors::new(network);
+        // A network without any floor has no cells either.
+        if floors.planes.is_empty() {
+            return Err(WallError::Degenerate { fitting: 0 });
+        }
         let boxes: Vec<Bounds> = network.cells.iter().map(Cell::bounds).collect();
         let tree = BoxTree::new(&boxes);
         let of_cell = network
@@ -116,28 +110,14 @@ impl Walls {
                 Ok(obstacles)
             })
             .collect::<Result<_, _>>()?;
-        Ok(Self { floor, of_cell })
+        let slabs = |id: CellId| floors.of_cell(id).iter().map(|part| slab(network, &tree, id, part.sheet.clone())).collect();
+        let floor_slabs = if floors.are_plain() {
+            vec![Vec::new(); network.cells.len()]
+        } else {
+            (0..network.cells.len()).map(slabs).collect::<Result<_, _>>()?
+        };
+        Ok(Self { floors, of_cell, floor_slabs })
     }
-}
-
-fn floor(network: &Network) -> Result<Plane, WallError> {
-    // Rounding of a long chain of transforms, and far below what a wheel could feel.
-    const FLATNESS_M: f64 = 1e-6;
-    let mut floor: Option<Plane> = None;
-    for cell in &network.cells {
-        for face in cell.faces.iter().filter(|face| face.kind == FaceKind::Floor) {
-            if !face.portals.is_empty() {
-                return Err(WallError::FloorOpening { fitting: cell.fitting });
-            }
-            let plane = *floor.get_or_insert(face.plane);
-            let off_m = face.outline.iter().fold(0.0, |most: f64, p| most.max(plane.distance(p).abs()));
-            if off_m > FLATNESS_M {
-                return Err(WallError::FloorsNotInOnePlane { fitting: cell.fitting, off_mm: off_m * 1e3 });
-            }
-        }
-    }
-    // A network without any floor has no cells either.
-    floor.ok_or(WallError::Degenerate { fitting: 0 })
 }
 
 fn slab(network: &Network, tree: &BoxTree, cell: usize, sheet: Sheet) -> Result<Obstacle, WallError> {

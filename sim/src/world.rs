@@ -2,21 +2,24 @@
 
 use ductloop_duct::Transform;
 use ductloop_duct::cell::{CellId, FaceKind};
+use ductloop_duct::centreline::Centreline;
 use ductloop_duct::network::Network;
 use ductloop_nav::messages::{Counts, Sides, Tick};
 use ductloop_nav::rig::MountAngles;
 use nalgebra::{Point3, Vector3};
 use rapier3d::math::Vector;
-use rapier3d::prelude::{PhysicsWorld, RigidBodyHandle};
+use rapier3d::prelude::{ColliderHandle, PhysicsWorld, RigidBodyHandle};
 
 use crate::chassis::Chassis;
 use crate::clearance::Outline;
 use crate::colliders;
 use crate::collision::{CollisionCounter, Collisions, Motion, touch};
+use crate::contact_rules::ContactRules;
 use crate::convert;
 use crate::disturbance::{Disturbance, PushFrame};
 use crate::drive::{Drive, GRAVITY_M_S2};
 use crate::encoder;
+use crate::floors::{Near, Wheel};
 use crate::ground::Ground;
 use crate::mount::{Gearing, PanTilt};
 use crate::seams::SeamFilter;
@@ -75,8 +78,10 @@ pub enum SimError {
 pub struct World {
     network: Network,
     walls: Walls,
-    seams: SeamFilter,
+    rules: ContactRules,
     outline: Outline,
+    /// What truth is measured against.
+    path: Centreline,
     robot: RobotSpec,
     ground: Ground,
     physics: PhysicsWorld,
@@ -88,6 +93,10 @@ pub struct World {
     tick: Tick,
     cell: CellId,
     segment: usize,
+    /// Colliders of the floors' planes.
+    floors: Vec<ColliderHandle>,
+    /// Floors near the robot's cell, where the network has several.
+    near: Near,
     wheel_cells: [CellId; 4],
     /// Friction of the floor under each wheel; its ball collider has this times the disturbance's share.
     grip: [f64; 4],
@@ -124,14 +133,20 @@ impl World {
 
         let mut physics = PhysicsWorld { gravity: Vector::new(0.0, 0.0, -GRAVITY_M_S2), ..PhysicsWorld::default() };
         physics.integration_parameters = settings::parameters(physics_hz);
-        colliders::insert(&walls, &mut physics.colliders);
+        let floors = colliders::insert(&walls, &mut physics.colliders);
         let grip = floor_grip(network, ground, cell).ok_or(SimError::NoFriction(0))?;
         let chassis =
             Chassis::build(robot, start, grip, &mut physics.bodies, &mut physics.colliders, &mut physics.impulse_joints);
         let drive = Drive::new(robot, physics_hz);
-        Ok(Self {
-            network: network.clone(),
+        let rules = ContactRules {
             seams: SeamFilter::new(network, &walls),
+            treads: chassis.treads.iter().map(|tread| (*tread, Vec::new())).collect(),
+            radius_m: robot.wheel_radius_m,
+        };
+        let mut world = Self {
+            network: network.clone(),
+            rules,
+            path: network.centreline.clone(),
             walls,
             outline,
             robot: robot.clone(),
@@ -144,11 +159,22 @@ impl World {
             tick: 0,
             cell,
             segment: network.centreline.segment_of(network.cells[cell].fitting),
+            floors,
+            near: Near::default(),
             wheel_cells: [cell; 4],
             grip: [grip; 4],
             disturbance: Disturbance::default(),
             floors_differ,
-        })
+        };
+        world.look_around();
+        Ok(world)
+    }
+
+    /// From now on truth is measured against this path, such as that of a route, instead of the network's own. The robot is taken to
+    /// be on the first pass through the fitting that it is in.
+    pub fn follow(&mut self, path: &Centreline) {
+        self.segment = path.segment_of(self.network.cells[self.cell].fitting);
+        self.path = path.clone();
     }
 
     /// Sets gravity, in the world frame, in m/s2: a duct that slopes is a level one with gravity leaning.
@@ -190,11 +216,12 @@ impl World {
         if self.floors_differ {
             self.grip();
         }
+        self.meet_floors();
         let before: [Motion; 6] = std::array::from_fn(|i| {
             let body = if i < 2 { self.chassis.body } else { self.chassis.wheels[i - 2] };
             Motion::of(body, &self.physics.bodies)
         });
-        self.physics.step_with_events(&self.seams, &());
+        self.physics.step_with_events(&self.rules, &());
         // Rapier takes a body that is not finite out of the simulation and goes on without it.
         if !self.physics.quarantine().is_empty() {
             return Err(SimError::NonFinite { tick });
@@ -205,10 +232,44 @@ impl World {
         self.mount.step(physics.integration_parameters.dt);
         let pose = chassis.world_from_base(&physics.bodies);
         let inside = within(&self.robot, &pose);
-        self.cell = self.network.cell_at(&inside, self.cell).unwrap_or(self.cell);
-        let facing = pose.rotation * Vector3::x();
-        self.segment = self.network.centreline.project_facing(&inside, &facing, self.segment).segment;
+        let cell = self.network.cell_at(&inside, self.cell).unwrap_or(self.cell);
+        if cell != self.cell {
+            self.cell = cell;
+            self.look_around();
+        }
+        self.segment = self.path.project_facing(&inside, &(pose.rotation * Vector3::x()), self.segment).segment;
         Ok(())
+    }
+
+    /// Enables the planes of the floors near the robot's cell, and no others.
+    fn look_around(&mut self) {
+        if self.walls.floors.are_plain() {
+            return;
+        }
+        let near = self.walls.floors.near(&self.network, self.cell, self.outline.reach_m());
+        let mut set = |plane: &usize, enabled| {
+            if let Some(collider) = self.physics.colliders.get_mut(self.floors[*plane]) {
+                collider.set_enabled(enabled);
+            }
+        };
+        self.near.planes.iter().filter(|plane| !near.planes.contains(plane)).for_each(|plane| set(plane, false));
+        near.planes.iter().filter(|plane| !self.near.planes.contains(plane)).for_each(|plane| set(plane, true));
+        self.near = near;
+    }
+
+    /// Finds how each wheel meets each of the floors near the robot, where there are several.
+    fn meet_floors(&mut self) {
+        if self.walls.floors.are_plain() {
+            return;
+        }
+        let axle = convert::from_vector(self.chassis.axle(&self.physics.bodies));
+        for (wheel, (_, touches)) in self.chassis.wheels.iter().zip(&mut self.rules.treads) {
+            let centre = convert::from_vector(self.physics.bodies[*wheel].translation()).into();
+            let Self { robot, near, walls, .. } = self;
+            let wheel = Wheel { centre, axle, radius_m: robot.wheel_radius_m, width_m: robot.wheel_width_m };
+            touches.clear();
+            touches.extend(near.planes.iter().map(|plane| (*plane, walls.floors.touch(near, *plane, &wheel))));
+        }
     }
 
     /// Puts the motors' torques on wheels and chassis.
@@ -302,14 +363,15 @@ impl World {
         let bodies = &self.physics.bodies;
         let world_from_base = self.chassis.world_from_base(bodies);
         let ahead = world_from_base.rotation * Vector3::x();
-        let base = world_from_base.translation.vector.into();
-        let at = self.network.centreline.project_facing(&base, &ahead, self.segment);
+        let at = self.path.project_facing(&world_from_base.translation.vector.into(), &ahead, self.segment);
         let up = world_from_base.rotation * Vector3::z();
         let [front_left, rear_left, front_right, rear_right] = self.chassis.wheel_speeds(bodies);
         let [left, right] = &self.drives;
         Truth {
             world_from_base,
             cell: self.cell,
+            fitting: self.network.cells[self.cell].fitting,
+            segment: at.segment,
             distance_m: at.distance_m,
             lateral_m: at.lateral_m,
             heading_rad: truth::heading_rad(&world_from_base, &at.forward, &at.left),
