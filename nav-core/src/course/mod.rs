@@ -73,7 +73,7 @@ const HEADING_DOUBT_RAD: f64 = 0.005;
 const LATERAL_DOUBT_M: f64 = 0.03;
 const WIDTH_DOUBT_M: f64 = 0.02;
 /// Beside the robot no wall is seen: before a bend it goes by its wheels from here on, in metres.
-const BLIND_M: f64 = 0.5;
+const BLIND_M: f64 = 0.85;
 /// An arc's angle is settled behind this share of it; before, one of about the same radius, by this share, may have another.
 const SETTLED_SHARE: f64 = 0.4;
 const SAME_RADIUS_SHARE: f64 = 0.15;
