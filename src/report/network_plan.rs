@@ -87,7 +87,7 @@ fn draw(out: &mut String, scale: &Scale, scenario: &Scenario, network: &Network)
     let (title, width, height) = (escaped(&scenario.name), scale.width, scale.height);
     writeln!(
         out,
-        r#"<svg xmlns="http://www.w3.org/2000/svg" role="img" width="{width:.0}" height="{height:.0}" viewBox="0 0 {width:.0} {height:.0}">"#
+        r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0}" height="{height:.0}" viewBox="0 0 {width:.0} {height:.0}">"#
     )?;
     writeln!(out, "<title>Plan of {title}</title><style>{STYLE}</style>")?;
     writeln!(out, r##"<rect width="{width:.0}" height="{height:.0}" fill="#fff"/>"##)?;
