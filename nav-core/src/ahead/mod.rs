@@ -43,6 +43,8 @@ pub fn side_walls(ranges: &[RangePoint], place: &DuctPlace, stretch: &Stretch) -
     flanks::find(points, place, stretch)
 }
 
+/// An inner wall that bends away is seen to end this far behind where it begins to bend, in metres, at most.
+const INNER_LATE_M: f64 = 0.3;
 /// An arc must explain this share of the points ...
 const LEAST_SHARE: f64 = 0.6;
 /// ... a straight wall this, ...
@@ -143,8 +145,9 @@ impl Ahead {
     pub fn outer(&self, place: &DuctPlace, fitting: Fitting, side: Side, opening: &Opening) -> Option<Outer> {
         let points = outer_wall::off_the_walls(self.points.iter().flatten().copied(), place, side, opening);
         let wall = outer_wall::find(&points, place, side, opening);
-        let arc = outer_arc::find(&points, place, side, opening.from_m)
-            .filter(|arc| fitting == Fitting::Elbow(side) && arc.share >= LEAST_SHARE);
+        let arc = outer_arc::find(&points, place, side, opening.from_m).filter(|arc| {
+            fitting == Fitting::Elbow(side) && arc.share >= LEAST_SHARE && arc.start_m > opening.from_m - INNER_LATE_M
+        });
         match (wall, arc) {
             (Some(wall), Some(arc)) if arc.share > wall.share + ARC_BY => Some(Outer::Arc(arc)),
             (Some(wall), _) if wall.share >= LEAST_WALL_SHARE => Some(Outer::Wall(wall)),

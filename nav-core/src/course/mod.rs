@@ -87,6 +87,8 @@ const PASSING_NEAR_M: f64 = 0.04;
 const AT_REST_M: f64 = 0.02;
 /// Slowest speed towards where it is to stand, in m/s.
 const CREEP_M_S: f64 = 0.03;
+/// Walls count as straight up to this before an opening, in metres.
+const OPEN_MARGIN_M: f64 = 0.05;
 /// It has turned round when so little is left, in radians, and brakes so hard towards it, in rad/s2.
 const ROUND_RAD: f64 = 0.03;
 const ROUND_BRAKING_RAD_S2: f64 = 0.5;
@@ -226,6 +228,7 @@ impl Course {
     pub fn goes_by_wheels(&self) -> bool {
         self.phase != Phase::Along
             || self.planned.is_some_and(|bend| bend.start_m() - self.along_m < BLIND_M)
+            || self.next_m().is_some_and(|at_m| at_m - self.along_m < BLIND_M)
             || self.passing.iter().flatten().any(|[from_m, to_m]| (from_m - BLIND_M..=*to_m).contains(&self.along_m))
     }
 
@@ -239,12 +242,27 @@ impl Course {
         match self.phase {
             Phase::Along => match self.planned.filter(|bend| bend.start_m() - self.along_m < PLANNED_M) {
                 Some(bend) => Some(bend.straight_before()),
-                None => self.passing.iter().any(Option::is_some).then(|| self.straight_past()),
+                None if self.passing.iter().any(Option::is_some) => Some(self.straight_past()),
+                None => self.straight_to(),
             },
             Phase::Entering(bend) => Some(bend.straight_before()),
             Phase::Leaving(bend) => Some(bend.straight_behind()),
             Phase::TurningRound | Phase::AtTheEnd(_) => None,
         }
+    }
+
+    /// Up to what is seen ahead, whatever it is, where that is near.
+    fn straight_to(&self) -> Option<Stretch> {
+        let end_m = self.next_m().filter(|at_m| at_m - self.along_m < PLANNED_M)? - OPEN_MARGIN_M;
+        Some(Stretch { along_m: [[f64::NEG_INFINITY, end_m]; 2], near_m: PASSING_NEAR_M })
+    }
+
+    /// Where the duct is seen to end being a straight one, in metres along it.
+    fn next_m(&self) -> Option<f64> {
+        let features = &self.ahead.outlook().features;
+        let openings = features.openings.iter().flatten().map(|opening| opening.from_m);
+        let doubtful = features.doubtful_m.iter().flatten().copied();
+        openings.chain(doubtful).chain(features.across_m).chain(features.drop_m).min_by(f64::total_cmp)
     }
 
     /// Past a junction a wall counts on the side of its opening that is not behind the camera's first sight of it.
