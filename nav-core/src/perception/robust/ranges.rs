@@ -42,6 +42,9 @@ const AGREE_M: f64 = 0.01;
 const AGREE_1_M: f64 = 0.02;
 /// Anything nearer ahead than this would be seen, in metres.
 const AIR_M: f64 = 1.8;
+/// Stripes touch where they are nearer than this, in pixels, over no more blocks than these in which they cannot be told apart.
+const TOUCH_PX: f64 = 12.0;
+const TOUCH_BLOCKS: usize = 14;
 /// A floor farther than this is too faint to be missed, in metres.
 const FLOOR_WITHIN_M: f64 = 1.6;
 /// A stripe goes on if its row changes by less than this from a block to the next, in pixels.
@@ -52,6 +55,7 @@ const FEWEST_BLOCKS: usize = 4;
 /// A ridge taken for a laser.
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
+    laser: usize,
     ridge: usize,
     point: Point3<f64>,
     range_m: f64,
@@ -104,6 +108,7 @@ impl Ranger {
             first = last;
         }
         self.trace();
+        self.uncross(ridges);
         let lasers = projector.lasers.len().min(MOST_LASERS);
         for laser in 0..lasers {
             self.stripes(laser, ridges, points);
@@ -278,6 +283,51 @@ impl Ranger {
         }
     }
 
+    /// Stripes that touch cross each other: where two lasers are taken to turn away from each other instead, the shorter side of the touch
+    /// has them exchanged. (Rows and ranges alone fit both: for two slits the one is the mirror image of the other.)
+    fn uncross(&mut self, ridges: &[Ridge]) {
+        let row = |at: u32| ridges[self.candidates[at as usize].ridge].y_px;
+        // Blocks in which both of the first two lasers are seen, with how far the one is below the other.
+        let both: Vec<(usize, f64)> =
+            self.chosen.iter().enumerate().filter_map(|(i, (_, taken))| Some((i, row(taken[0]?) - row(taken[1]?)))).collect();
+        let block = |i: usize| usize::from(self.chosen[both[i].0].0);
+        let goes_on = |i: usize| {
+            block(i) - block(i - 1) <= TOUCH_BLOCKS
+                && (both[i].1 - both[i - 1].1).abs() <= 3.0 * GOES_ON_PX * (block(i) - block(i - 1)) as f64
+        };
+        let mut exchange: Vec<usize> = Vec::new();
+        for touch in (1..both.len()).filter(|i| goes_on(*i)) {
+            let (before, after) = (both[touch - 1].1, both[touch].1);
+            let touches = before.abs() < TOUCH_PX && after.abs() < TOUCH_PX;
+            let nearest = before.abs().max(after.abs());
+            // The nearest that they come to each other: farther apart on both sides.
+            let apart = |range: std::ops::Range<usize>| {
+                range.clone().count() > FEWEST_BLOCKS && range.map(|i| both[i].1.abs()).fold(0.0, f64::max) > nearest + 1.0
+            };
+            let from = (1..touch).rev().find(|i| !goes_on(*i)).unwrap_or(0);
+            let to = (touch + 1..both.len()).find(|i| !goes_on(*i)).unwrap_or(both.len());
+            if !touches || before * after <= 0.0 || !apart(from..touch) || !apart(touch..to) {
+                continue;
+            }
+            let least = |range: std::ops::Range<usize>| range.map(|i| both[i].1.abs()).fold(f64::INFINITY, f64::min);
+            if least(from..to) < nearest - 1.0 {
+                continue;
+            }
+            let shorter = if touch - from < to - touch { from..touch } else { touch..to };
+            exchange.extend(shorter.map(|i| both[i].0));
+        }
+        for i in exchange {
+            let [Some(a), Some(b)] = [self.chosen[i].1[0], self.chosen[i].1[1]] else { continue };
+            let ridges_of = [a, b].map(|at| self.candidates[at as usize].ridge);
+            let other = |laser: usize, ridge: usize| {
+                self.candidates.iter().position(|c| c.laser == laser && c.ridge == ridge).map(|at| at as u32)
+            };
+            if let (Some(first), Some(second)) = (other(0, ridges_of[1]), other(1, ridges_of[0])) {
+                (self.chosen[i].1[0], self.chosen[i].1[1]) = (Some(first), Some(second));
+            }
+        }
+    }
+
     /// One laser's points, without pieces that are too short.
     fn stripes(&self, laser: usize, ridges: &[Ridge], points: &mut Vec<RangePoint>) {
         let mut from = points.len();
@@ -330,7 +380,7 @@ fn candidate(
     let worth = EXPLAINED + on_floor - (THICKNESS * off * off).min(EXPLAINED);
     let camera = upright.base_from_camera.translation.vector;
     let (dx, dy) = (point.x - camera.x, point.y - camera.y);
-    Some(Candidate { ridge: index, point, range_m: (dx * dx + dy * dy).sqrt(), upon, worth })
+    Some(Candidate { laser, ridge: index, point, range_m: (dx * dx + dy * dy).sqrt(), upon, worth })
 }
 
 fn square(x: f64) -> f64 {
