@@ -34,7 +34,7 @@ const BREAKS: f64 = 0.7;
 /// turn away from each other there.
 const EXCHANGED: f64 = 4.0;
 /// A point within this of the floor's height lies on it, in metres.
-const FLOOR_M: f64 = 0.01;
+const FLOOR_M: f64 = 0.02;
 /// Light from below the floor is none of this duct's, unless there is a hole.
 const BELOW_M: f64 = -0.02;
 /// Two ranges agree within this, in metres, and this times the square of the range, per metre: 0.2 px of a base of 60 mm and 380 px.
