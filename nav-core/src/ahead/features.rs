@@ -32,6 +32,8 @@ const LIT_M: f64 = 0.1;
 const LIT_WITHIN_M: f64 = 0.5;
 /// Right before a wall the stripe on the floor is lost in what the wall throws back: there nothing is made of it, in metres.
 const BEFORE_WALL_M: f64 = 0.4;
+/// A wall that leaves its line is told from stray ranges only within this, in metres.
+const CHANGE_WITHIN_M: f64 = 1.0;
 /// An opening and a wall that leaves its line begin at one place within this, in metres.
 const SAME_M: f64 = 0.15;
 /// Free rays over those that ended, beyond which nothing stands there.
@@ -96,7 +98,9 @@ impl Strip {
         let [left, right] = [0, 1].map(|side| self.wall(side, along_m, across_m));
         let until = across_m.map_or(i64::MAX, Self::number);
         // Where something stands across, what leaves a wall's line before it is a bend's.
-        let goes_on = |change: &WallChange| across_m.is_none_or(|at_m| at_m > change.to_m + 2.0 * half_m);
+        let goes_on = |change: &WallChange| {
+            change.from_m < along_m + CHANGE_WITHIN_M && across_m.is_none_or(|at_m| at_m > change.to_m + 2.0 * half_m)
+        };
         let changes = [0, 1].map(|side| self.change(side, along_m, half_m, until).filter(goes_on));
         // Rays that reach a wall which has left its line outwards have passed through no opening.
         let opening = |opening: Option<Opening>, side: usize| {

@@ -89,6 +89,8 @@ const AT_REST_M: f64 = 0.02;
 const CREEP_M_S: f64 = 0.03;
 /// Walls count as straight up to this before an opening, in metres.
 const OPEN_MARGIN_M: f64 = 0.05;
+/// A transition nearer than this is gone through though it is not seen any more, in metres.
+const FORGOTTEN_M: f64 = 0.4;
 /// It has turned round when so little is left, in radians, and brakes so hard towards it, in rad/s2.
 const ROUND_RAD: f64 = 0.03;
 const ROUND_BRAKING_RAD_S2: f64 = 0.5;
@@ -395,7 +397,7 @@ impl Course {
                 self.taken = Fitting::Transition;
             }
             (Fitting::Branch(_) | Fitting::Cross, None | Some(Turn::Straight)) => self.pass(&outlook, place),
-            _ => {}
+            _ => self.forget(),
         }
         // A way that was named and is passed by now was not found.
         let is_missed = |side: Side| outlook.features.openings[side.index()].is_some_and(|o| self.along_m > o.from_m + MISSED_M);
@@ -448,6 +450,14 @@ impl Course {
                 self.taken = outlook.fitting;
                 self.planned = Some(bend);
             }
+        }
+    }
+
+    /// A transition that is not seen any more, and is not close at hand, was none.
+    fn forget(&mut self) {
+        let is_far = |taper: &Passage| taper.start_m() - self.along_m > FORGOTTEN_M;
+        if matches!(self.planned, Some(taper @ Passage::Taper(_)) if is_far(&taper)) {
+            self.planned = None;
         }
     }
 
