@@ -13,7 +13,7 @@
 
 use std::ops::ControlFlow;
 
-use ductloop_duct::network::{Network, NetworkError};
+use ductloop_duct::network::Network;
 use ductloop_nav::messages::{Command, Counts, Tick};
 use ductloop_nav::navigator::State;
 use ductloop_nav::rig::{MountAngles, Rig};
@@ -34,7 +34,7 @@ use crate::navigator_process::NavigatorError;
 use crate::pilot::Pilot;
 use crate::record::{EndState, FrameRecord, KeyFrames, RunRecord};
 use crate::run_hash::RunHash;
-use crate::scenario::{MountControl, Scenario};
+use crate::scenario::{DuctError, MountControl, Scenario};
 use crate::stage_scores::{Score, TruthScene, score};
 use crate::viewpoint::{motion, world_from_camera};
 
@@ -43,7 +43,7 @@ use crate::viewpoint::{motion, world_from_camera};
 pub enum RunError {
     /// The duct cannot be assembled. A scenario that was read or validated never gives this.
     #[error("the duct cannot be assembled: {0}")]
-    Network(#[from] NetworkError),
+    Network(#[from] DuctError),
     /// The physics failed.
     #[error("{0}")]
     Sim(#[from] SimError),
@@ -269,6 +269,9 @@ impl<'a> ClosedLoop<'a> {
             state: report.state,
             reason: report.reason,
             estimate: report.estimate,
+            outlook: report.outlook,
+            believed_pose: report.pose,
+            ducts: report.ducts.len(),
             lines: report.stages.lines.len(),
             command,
             laser_power: self.laser_power,

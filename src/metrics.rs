@@ -305,6 +305,9 @@ mod tests {
                 state: Default::default(),
                 reason: None,
                 estimate: None,
+                outlook: None,
+                believed_pose: None,
+                ducts: 0,
                 lines: 0,
                 command: Command {
                     wheel_speed_rad_s: ductloop_nav::messages::Sides { left: 0.1 * i as f64, right: -0.1 * i as f64 },

@@ -11,7 +11,8 @@ use ductloop_nav::control::lqr::Lqr;
 use ductloop_nav::control::pure_pursuit::PurePursuit;
 use ductloop_nav::control::samson::Samson;
 use ductloop_nav::control::stanley::Stanley;
-use ductloop_nav::course::CourseParams;
+use ductloop_nav::course::route::Turn;
+use ductloop_nav::course::{CourseParams, Mission};
 use ductloop_nav::estimation::Estimator;
 use ductloop_nav::exposure::{AutoExposure, ExposureParams};
 use ductloop_nav::messages::Frame;
@@ -23,7 +24,7 @@ use ductloop_nav::perception::{Measurement, Perception};
 use ductloop_nav::rig::MountAngles;
 
 use crate::navigator_process::FailureSlot;
-use crate::scenario::{EstimatorKind, Law, Pipeline, Scenario};
+use crate::scenario::{EstimatorKind, Law, Pipeline, Route, Scenario};
 
 /// A navigator, and where the loop leaves the truth for it if it steers by the truth.
 pub struct Pilot {
@@ -184,5 +185,26 @@ fn navigator_params(scenario: &Scenario) -> NavigatorParams {
 
 fn course_params(scenario: &Scenario) -> CourseParams {
     let camera = scenario.rig.mount.position_in_base_m;
-    CourseParams { speed_m_s: scenario.speed_m_s, camera_m: [camera.x, camera.y], ..CourseParams::default() }
+    CourseParams {
+        mission: mission(&scenario.duct.route),
+        speed_m_s: scenario.speed_m_s,
+        camera_m: [camera.x, camera.y],
+        turn_back_m: scenario.duct.route.turn_back_m,
+        ..CourseParams::default()
+    }
+}
+
+/// What a route tells the navigator: the turns, or that it is to find them itself.
+fn mission(route: &Route) -> Mission {
+    if route.explore {
+        return Mission::Explore;
+    }
+    let turn = |turn: &ductloop_duct::network::Turn| match turn {
+        ductloop_duct::network::Turn::Left => Turn::Left,
+        ductloop_duct::network::Turn::Straight => Turn::Straight,
+        ductloop_duct::network::Turn::Right => Turn::Right,
+        ductloop_duct::network::Turn::TurnBack => Turn::TurnBack,
+        ductloop_duct::network::Turn::Stop => Turn::Stop,
+    };
+    Mission::Route(route.turns.iter().map(turn).collect())
 }

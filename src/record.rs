@@ -1,5 +1,6 @@
 //! What a run leaves behind: a record a frame, a few frames' images, and how it ended.
 
+use ductloop_nav::ahead::Outlook;
 use ductloop_nav::estimation::Estimate;
 use ductloop_nav::messages::{Command, Counts, Sides, Tick};
 use ductloop_nav::navigator::{Reason, State};
@@ -58,6 +59,12 @@ pub struct FrameRecord {
     pub reason: Option<Reason>,
     /// What its estimator believes, if it has one.
     pub estimate: Option<Estimate>,
+    /// What it sees of the duct ahead.
+    pub outlook: Option<Outlook>,
+    /// Where it believes the base is, in the frame of the duct in which it began: along it from there, to the left, heading.
+    pub believed_pose: Option<[f64; 3]>,
+    /// How many ducts it has been in, the present one included, by its own count.
+    pub ducts: usize,
     /// How many lines it found.
     pub lines: usize,
     /// What it commanded; takes effect at the next frame.

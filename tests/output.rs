@@ -114,6 +114,9 @@ fn made_up(scenario: &Scenario, lateral_m: f64) -> RunRecord {
             state: if blind { State::Coasting } else { State::Tracking },
             reason: blind.then_some(Reason::NoWall),
             estimate: None,
+            outlook: None,
+            believed_pose: None,
+            ducts: 0,
             lines: lines.len(),
             command: Command {
                 wheel_speed_rad_s: Sides { left: 12.5, right: 12.5 },

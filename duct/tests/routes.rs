@@ -32,7 +32,9 @@ fn check(path: &Centreline) {
     for pair in path.segments.windows(2) {
         let (end, start) = (pair[0].pose_at(pair[0].length_m), pair[1].pose_at(0.0));
         assert!((end.translation.vector - start.translation.vector).norm() < 1e-9, "a gap");
-        let along = (end.rotation * Vector3::x()).dot(&(start.rotation * Vector3::x()));
+        // Seen from above: where a slope begins, floors have a kink.
+        let [end, start] = [end, start].map(|pose| (pose.rotation * Vector3::x()).xy().normalize());
+        let along = end.dot(&start);
         assert!((along - if pair[1].turns_back { -1.0 } else { 1.0 }).abs() < 1e-9, "a kink");
         assert!((pair[1].start_m - pair[0].start_m - pair[0].length_m).abs() < 1e-9);
     }
@@ -188,10 +190,13 @@ fn projection_stays_on_its_own_pass() {
         let distance = path.length_m() * f64::from(step) / f64::from(steps);
         let point = path.pose_at(distance) * Point3::new(0.0, 0.05, 0.0);
         let forward = path.pose_at(distance).rotation * Vector3::x();
-        let at = path.project(&point, near);
+        // Just behind a turn, by its place alone a point could as well be just before it.
+        let at = path.project_facing(&point, &forward, near);
         assert!((at.distance_m - distance).abs() < 1e-9, "{distance}: {}", at.distance_m);
         assert!((at.lateral_m - 0.05).abs() < 1e-9);
-        assert_eq!(path.project_facing(&point, &forward, near), at);
+        if near == at.segment {
+            assert_eq!(path.project(&point, near), at);
+        }
         near = at.segment;
     }
     // Past the turn, the way back has begun; it is not left again by going on.

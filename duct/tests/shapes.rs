@@ -190,6 +190,10 @@ fn passages_lead_from_port_to_port_inside_the_cells() {
     for shape in shapes() {
         let it = fitting(shape);
         let cells = closed_cells(shape);
+        // Two arcs rise by their length, a slanting floor by its own: between them are tenths of a millimetre.
+        let bends_and_rises = matches!(shape, Shape::Transition { across, upright: UprightAlign::Concentric, .. }
+            if across != AcrossAlign::Concentric);
+        let above = if bends_and_rises { 5e-4 } else { 1e-6 };
         for from in it.ports() {
             for to in it.ports().into_iter().filter(|to| to.name != from.name) {
                 let what = format!("{shape:?} from {} to {}", from.name, to.name);
@@ -205,7 +209,7 @@ fn passages_lead_from_port_to_port_inside_the_cells() {
                         let along = piece.length_m * step as f64 / STEPS as f64 * libm::cos(piece.pitch_rad);
                         let mut pose = start * ductloop_duct::centreline::start_from_along(piece.curvature_1_m, along);
                         pose.translation.z += along * libm::tan(piece.pitch_rad);
-                        let low = pose * Point3::new(0.0, 0.0, 1e-6);
+                        let low = pose * Point3::new(0.0, 0.0, above);
                         assert!(cells.iter().any(|cell| cell.contains(&low, 1e-9)), "{what}: outside at {low}");
                         (expected, forward) = (pose, pose.rotation * Vector3::x());
                     }

@@ -6,7 +6,7 @@
 use crate::ahead::{self, DuctPlace, Outlook, Stretch};
 use crate::control::limits::Limits;
 use crate::control::{ControlLaw, PathState, Twist};
-use crate::course::{Course, CourseParams, End};
+use crate::course::{Course, CourseParams, DuctRecord, End};
 use crate::estimation::localiser::{Localiser, Sight};
 use crate::estimation::{Estimate, Estimator};
 use crate::exposure::AutoExposure;
@@ -65,6 +65,10 @@ pub enum Reason {
     RouteEnds,
     /// The duct ends, and the route does not say that it is to turn back.
     DeadEnd,
+    /// Something stands in the way.
+    Obstacle,
+    /// The floor ends.
+    Drop,
     /// How the duct goes on cannot be told.
     NoWayKnown,
     /// The way that the route names is not there.
@@ -78,6 +82,8 @@ impl Reason {
         match end {
             End::Route => Self::RouteEnds,
             End::DeadEnd => Self::DeadEnd,
+            End::Obstacle => Self::Obstacle,
+            End::Drop => Self::Drop,
             End::Unknown => Self::NoWayKnown,
             End::NoSuchWay => Self::NoSuchWay,
         }
@@ -99,6 +105,13 @@ pub struct Report<'a> {
     pub stages: Stages<'a>,
     /// What it sees of the duct ahead.
     pub outlook: Option<Outlook>,
+    /// Where it believes the base was at the exposure, in the frame of the duct in which it began: along it from where it began, to the
+    /// left of its middle, in metres, and the heading, in radians.
+    pub pose: Option<[f64; 3]>,
+    /// The ducts that it was in, the present one last.
+    pub ducts: &'a [DuctRecord],
+    /// Junctions that it took, by its own count.
+    pub junctions: u32,
 }
 
 /// Parameters of [`DuctNavigator`].
@@ -133,6 +146,8 @@ pub struct DuctNavigator<P, L> {
     auto_exposure: Option<AutoExposure>,
     localiser: Localiser,
     course: Course,
+    /// Where the base was at the last exposure, in the frame of the first duct.
+    pose: [f64; 3],
     /// Whether the left and the right wall were ever seen.
     walls_known: [bool; 2],
     last: Option<(Counts, Tick)>,
@@ -161,6 +176,7 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
             law,
             auto_exposure: None,
             localiser: Localiser::last_seen(),
+            pose: [0.0; 3],
             walls_known: [false; 2],
             last: None,
             commanded: Sides::default(),
@@ -240,7 +256,7 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
     /// Takes in the walls beside the robot, where they are straight.
     fn look_beside(&mut self, stretch: &Stretch, tick: Tick) -> Sight {
         let walls = ahead::side_walls(self.perception.stages().ranges, &self.place(), stretch);
-        walls.map_or(Sight::None, |walls| self.localiser.look_at(&walls, tick, true))
+        walls.map_or(Sight::None, |walls| self.localiser.look_at(&walls, tick, false))
     }
 
     /// Where the robot is believed to be in its duct.
@@ -253,6 +269,7 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
     /// Looks for what the duct becomes, and changes over to the next duct in the middle of a bend.
     fn look_ahead(&mut self) {
         let place = self.place();
+        self.pose = self.course.first_from_base(place.lateral_m, place.heading_rad);
         let ranges = if self.is_frozen { &[] } else { self.perception.stages().ranges };
         if let Some(entered) = self.course.look(&place, ranges) {
             self.localiser.enter(entered.lateral_m, entered.heading_rad, entered.width_m);
@@ -365,6 +382,9 @@ impl<P: Perception, L: ControlLaw> Navigator for DuctNavigator<P, L> {
             estimate: self.localiser.estimate(),
             measurement: self.measurement,
             outlook: Some(*self.course.outlook()),
+            pose: Some(self.pose),
+            ducts: self.course.log().ducts(),
+            junctions: self.course.junctions(),
             stages: if self.is_frozen { Stages::default() } else { self.perception.stages() },
         }
     }

@@ -141,7 +141,7 @@ fn run(seed: u64, truth: EstimationParams, filter: EstimationParams) -> Run {
         }
         let walls = robot.walls();
         if let Outcome::Taken { nis: value, .. } | Outcome::Refused { nis: value, .. } =
-            estimator.look(&walls, frame * TICKS_A_FRAME)
+            estimator.look(&walls, frame * TICKS_A_FRAME, false)
         {
             nis.push(value);
         }
@@ -230,7 +230,7 @@ fn straight(estimator: &mut Estimator, frames: std::ops::Range<u64>, walls: impl
         if frame > 0 {
             estimator.advance(Travel { left_m: 0.01, right_m: 0.01 }, frame * TICKS_A_FRAME);
         }
-        walls(frame).map_or(Outcome::None, |walls| estimator.look(&walls, frame * TICKS_A_FRAME))
+        walls(frame).map_or(Outcome::None, |walls| estimator.look(&walls, frame * TICKS_A_FRAME, false))
     };
     frames.map(step).collect()
 }
@@ -287,11 +287,11 @@ fn a_look_that_comes_late_is_put_where_it_belongs() {
         ((a.lateral_m - b.lateral_m).abs(), (a.covariance - b.covariance).abs().max())
     };
     assert!(difference(&late).0 > 1e-7, "the look counts: {:?}", difference(&late));
-    assert!(matches!(late.look(&walls(16), 16 * TICKS_A_FRAME), Outcome::Taken { .. }));
+    assert!(matches!(late.look(&walls(16), 16 * TICKS_A_FRAME, false), Outcome::Taken { .. }));
     let (lateral_m, covariance) = difference(&late);
     assert!(lateral_m < 1e-12 && covariance < 1e-12, "{lateral_m} {covariance}");
     // From before anything that is remembered: of no use, and nothing changes.
-    assert_eq!(late.look(&walls(3), 3 * TICKS_A_FRAME), Outcome::Useless);
+    assert_eq!(late.look(&walls(3), 3 * TICKS_A_FRAME, false), Outcome::Useless);
     assert!(difference(&late).0 < 1e-12);
 }
 
@@ -318,7 +318,7 @@ fn numbers_that_are_none_do_no_harm() {
     straight(&mut filter, 0..10, |_| Some(at(0.01, stated())));
     let before = filter.estimate();
     for bad in [at(f64::NAN, stated()), at(0.01, Matrix3::zeros()), at(0.01, stated() * f64::NAN), at(0.01, -stated())] {
-        assert_eq!(filter.look(&bad, 9 * TICKS_A_FRAME), Outcome::Useless, "{bad:?}");
+        assert_eq!(filter.look(&bad, 9 * TICKS_A_FRAME, false), Outcome::Useless, "{bad:?}");
         assert_eq!((filter.estimate().lateral_m, filter.estimate().covariance), (before.lateral_m, before.covariance));
     }
 }
@@ -329,7 +329,7 @@ fn standing_still_does_not_make_it_sure() {
     let mut filter = estimator();
     for frame in 0..3000u64 {
         filter.advance(Travel::default(), frame * TICKS_A_FRAME);
-        filter.look(&at(0.01, stated()), frame * TICKS_A_FRAME);
+        filter.look(&at(0.01, stated()), frame * TICKS_A_FRAME, false);
     }
     let floor = (stated()[(0, 0)] * EstimationParams::default().correlated_share).sqrt();
     let sigma = filter.estimate().deviation(1);

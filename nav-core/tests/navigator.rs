@@ -2,7 +2,9 @@
 
 use std::sync::{Arc, Mutex};
 
+use ductloop_nav::control::limits::Limits;
 use ductloop_nav::control::{ControlLaw, PathState, Twist};
+use ductloop_nav::course::CourseParams;
 use ductloop_nav::messages::{Counts, Frame, Pixels, Sides};
 use ductloop_nav::navigator::{DuctNavigator, Navigator, NavigatorParams, Reason, State};
 use ductloop_nav::odometry::DriveModel;
@@ -47,6 +49,9 @@ fn drive(frames: &[[u8; 2]], speed_m_s: f64) -> (Vec<State>, Vec<f64>, Vec<PathS
         coast_s: 0.2,
         frozen_frames: None,
         mount: MountAngles::default(),
+        limits: Limits::default(),
+        course: CourseParams::default(),
+        duct_width_m: 0.5,
     };
     let mut navigator = DuctNavigator::new(params, Told, Noted(Arc::clone(&asked)));
     let (mut states, mut wheels) = (Vec::new(), Vec::new());
@@ -112,6 +117,9 @@ fn lost_frames_do_not_slow_the_law_down() {
         coast_s: 0.2,
         frozen_frames: None,
         mount: MountAngles::default(),
+        limits: Limits::default(),
+        course: CourseParams::default(),
+        duct_width_m: 0.5,
     };
     let mut navigator = DuctNavigator::new(params, Told, Noted(Arc::clone(&asked)));
     for tick in [0, 40, 120, 160, 1600] {
@@ -134,6 +142,9 @@ fn a_frozen_camera_is_not_believed() {
         coast_s: 0.1,
         frozen_frames: Some(3),
         mount: MountAngles::default(),
+        limits: Limits::default(),
+        course: CourseParams::default(),
+        duct_width_m: 0.5,
     };
     let mut navigator = DuctNavigator::new(params, Told, Noted(Arc::default()));
     let mut told = Vec::new();
@@ -177,6 +188,9 @@ fn exchanged_wheels_stop_it() {
             coast_s: 0.2,
             frozen_frames: None,
             mount: MountAngles::default(),
+            limits: Limits::default(),
+            course: CourseParams::default(),
+            duct_width_m: 0.5,
         };
         let mut navigator = DuctNavigator::new(params, Told, Turning);
         let (mut wheels, mut turned, mut said) = ([0.0; 2], [0.0; 2], Vec::new());

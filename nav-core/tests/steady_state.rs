@@ -5,6 +5,7 @@ mod common;
 use common::{Pose, image, wide};
 use ductloop_nav::control::koh_cho::{KohCho, KohChoParams};
 use ductloop_nav::control::limits::Limits;
+use ductloop_nav::course::CourseParams;
 use ductloop_nav::exposure::{AutoExposure, ExposureParams};
 use ductloop_nav::messages::{Counts, Frame};
 use ductloop_nav::navigator::{DuctNavigator, Navigator, NavigatorParams, State};
@@ -40,6 +41,9 @@ fn does_not_allocate(perception: impl Perception) {
         coast_s: 0.5,
         frozen_frames: None,
         mount: MountAngles::default(),
+        limits: Limits::default(),
+        course: CourseParams::default(),
+        duct_width_m: 0.5,
     };
     let exposure = ExposureParams { target_dn: 150.0, exposure_s: [1e-4, 1e-2], laser_power: [0.1, 1.0], first_exposure_s: 4e-3 };
     let law = KohCho::new(0.3, Limits::default(), KohChoParams::default());

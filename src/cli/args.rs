@@ -222,6 +222,9 @@ pub(crate) struct CheckArgs {
     pub(crate) inputs: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) overlay: OverlayArgs,
+    /// Draw the duct's plan to this SVG file; of several scenarios, each to NAME-<scenario>.svg beside it
+    #[arg(long, value_name = "FILE.svg")]
+    pub(crate) plan: Option<PathBuf>,
     /// Print one JSON document on standard output
     #[arg(long)]
     pub(crate) json: bool,

@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use ductloop::calibrate::gauge::file::GaugeFile;
+use ductloop::output::write_whole;
+use ductloop::report::network_plan;
 use ductloop::scenario::{FileKind, Overlays};
 use serde_json::{Value, json};
 
@@ -42,10 +44,13 @@ pub(crate) fn command(args: &CheckArgs) -> Result<u8, Problem> {
         Vec::new()
     });
     let inputs = problems.or(inputs)?;
+    if let Some(plan) = &args.plan {
+        draw_plans(&inputs, plan)?;
+    }
     for input in &inputs {
         let scenario = &input.scenario;
         let length_m = scenario.duct.network().map_or(f64::NAN, |network| network.centreline.length_m());
-        let (file, fittings, criteria) = (input.file.display(), scenario.duct.run.len(), scenario.pass.list.len());
+        let (file, fittings, criteria) = (input.file.display(), scenario.duct.fittings().len(), scenario.pass.list.len());
         if !args.quiet && !args.json {
             let about = if scenario.about.is_empty() { String::new() } else { format!(": {}", scenario.about) };
             let (name, seed) = (&scenario.name, scenario.seed);
@@ -66,6 +71,27 @@ pub(crate) fn command(args: &CheckArgs) -> Result<u8, Problem> {
         print_json(&json!({"scenarios": rows, "errors": []}))?;
     }
     Ok(0)
+}
+
+/// Draws each scenario's duct: of one to this file, of several to `plan-NAME.svg` beside it.
+fn draw_plans(inputs: &[inputs::Input], plan: &Path) -> Result<(), Problem> {
+    for (index, input) in inputs.iter().enumerate() {
+        // A scenario that was read has a network.
+        let Ok(network) = input.scenario.duct.network() else { continue };
+        let name = &input.scenario.name;
+        let path = if inputs.len() == 1 {
+            plan.to_owned()
+        } else {
+            let stem = plan.file_stem().unwrap_or_default().to_string_lossy();
+            // Two scenarios of one name keep a drawing each.
+            let before = inputs[..index].iter().filter(|other| other.scenario.name == *name).count();
+            let number = if before == 0 { String::new() } else { format!("-{}", before + 1) };
+            plan.with_file_name(format!("{stem}-{name}{number}.svg"))
+        };
+        write_whole(&path, network_plan::svg(&input.scenario, &network).as_bytes())
+            .map_err(|error| Problem::new(Problem::WRONG_INPUT, error.to_string()).about(path.display().to_string()))?;
+    }
+    Ok(())
 }
 
 /// A sweep: its row of the document. All of its bases are checked with it, and its points as far as a plan looks at them.

@@ -28,6 +28,8 @@ pub(crate) struct Planned {
     pub(crate) input: usize,
     /// Its seed.
     pub(crate) seed: u64,
+    /// Its scenario, where the seed makes more of it than random numbers: a network that is drawn.
+    drawn: Option<Box<Scenario>>,
     /// The name of its folder.
     pub(crate) name: String,
 }
@@ -40,7 +42,10 @@ impl Plan {
 
     /// The scenario of a run: what `--seed` would make of its input.
     pub(crate) fn scenario(&self, run: &Planned) -> Scenario {
-        Scenario { seed: run.seed, ..self.input(run).scenario.clone() }
+        match &run.drawn {
+            Some(scenario) => (**scenario).clone(),
+            None => Scenario { seed: run.seed, ..self.input(run).scenario.clone() },
+        }
     }
 }
 
@@ -58,6 +63,7 @@ pub(crate) fn plan(args: &RunArgs, inputs: Vec<Input>) -> Result<Plan, Problem> 
     let mut runs = Vec::new();
     for (index, input) in inputs.iter().enumerate() {
         let mut scenario = input.scenario.clone();
+        let draws = args.seeds.is_some() && with_seed(args, input, scenario.seed ^ 1)?.duct != scenario.duct;
         // The run whose folder is tried out for all of this input: no other has a longer name.
         let mut longest: Option<(String, String)> = None;
         for seed in seeds(args, input) {
@@ -66,6 +72,10 @@ pub(crate) fn plan(args: &RunArgs, inputs: Vec<Input>) -> Result<Plan, Problem> 
                 return Err(Problem::new(INTERRUPTED, "interrupted before the first run"));
             }
             scenario.seed = seed;
+            let drawn = if draws { Some(Box::new(with_seed(args, input, seed)?)) } else { None };
+            if let Some(drawn) = &drawn {
+                scenario = (**drawn).clone();
+            }
             let toml = scenario.to_toml();
             let name = name(args, input, &scenario, &toml);
             if let Some(other) = names.insert(name.clone(), index) {
@@ -84,7 +94,7 @@ pub(crate) fn plan(args: &RunArgs, inputs: Vec<Input>) -> Result<Plan, Problem> 
                 Ok(()) => {}
                 Err(error) => problems.note(unusable(args, &error)),
             }
-            runs.push(Planned { input: index, seed, name });
+            runs.push(Planned { input: index, seed, drawn, name });
         }
         if let Some((name, toml)) = longest
             && let Err(error) = out.try_out(&out.folder(&name, &toml))
@@ -98,6 +108,13 @@ pub(crate) fn plan(args: &RunArgs, inputs: Vec<Input>) -> Result<Plan, Problem> 
         problems.note(problem);
     }
     problems.or(Plan { inputs, runs, out })
+}
+
+/// An input read again with another seed.
+fn with_seed(args: &RunArgs, input: &Input, seed: u64) -> Result<Scenario, Problem> {
+    let mut overlays = args.overlay.overlays();
+    overlays.set.push(format!("seed={seed}"));
+    Scenario::read(&input.file, &overlays).map_err(|diagnostics| Problem::in_files(vec![args.overlay.as_typed(diagnostics)]))
 }
 
 /// The seeds of an input.

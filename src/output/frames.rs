@@ -48,6 +48,8 @@ pub fn reason_word(reason: Reason) -> &'static str {
         Reason::CoastedTooLong => "coasted-too-long",
         Reason::RouteEnds => "route-ends",
         Reason::DeadEnd => "dead-end",
+        Reason::Obstacle => "obstacle",
+        Reason::Drop => "drop",
         Reason::NoWayKnown => "no-way-known",
         Reason::NoSuchWay => "no-such-way",
         Reason::WheelsSwapped => "wheels-swapped",
@@ -66,6 +68,8 @@ pub fn reason_about(reason: Reason) -> &'static str {
         Reason::CoastedTooLong => "nothing was seen for too long",
         Reason::RouteEnds => "the route ends here",
         Reason::DeadEnd => "the duct ends, and the route does not say to turn back",
+        Reason::Obstacle => "something stands in the way",
+        Reason::Drop => "the floor ends",
         Reason::NoWayKnown => "how the duct goes on cannot be told",
         Reason::NoSuchWay => "the way that the route names is not there",
         Reason::WheelsSwapped => "the wheels turn the other way than they are told",
@@ -96,6 +100,13 @@ pub fn table(frames: &[FrameRecord]) -> Result<RecordBatch, ArrowError> {
     columns.number("exposure_s", |f| f.view.exposure_s);
     columns.number("laser_power", |f| f.laser_power);
     columns.push("state", false, |frames| StringArray::from_iter_values(frames.map(|f| state_word(f.state))));
+    columns.push("ahead", true, |frames| frames.map(|f| f.outlook.map(|o| o.fitting.word())).collect::<StringArray>());
+    columns.seen("ahead_at_m", |f| Some(f.outlook?.distance_m));
+    columns.seen("ahead_confidence", |f| Some(f.outlook?.confidence));
+    columns.seen("believed_x_m", |f| Some(f.believed_pose?[0]));
+    columns.seen("believed_y_m", |f| Some(f.believed_pose?[1]));
+    columns.seen("believed_heading_rad", |f| Some(f.believed_pose?[2]));
+    columns.whole("ducts", |f| f.ducts as u64);
     columns.push("state_reason", true, |frames| frames.map(|f| f.reason.map(reason_word)).collect::<StringArray>());
     columns.count("lines", |f| f.lines as u32);
     estimates(&mut columns);

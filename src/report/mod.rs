@@ -16,6 +16,7 @@ pub mod accuracy_maps;
 mod charts;
 pub mod heat_map;
 mod key_frames;
+pub mod network_plan;
 mod plan;
 pub mod plot;
 mod robot_plan;
@@ -37,7 +38,7 @@ use crate::scenario::Scenario;
 pub enum ReportError {
     /// The duct cannot be drawn. A scenario that was read or validated never gives this.
     #[error("the duct cannot be assembled: {0}")]
-    Network(#[from] ductloop_duct::network::NetworkError),
+    Network(#[from] crate::scenario::DuctError),
     /// A key frame cannot be shown.
     #[error("a picture of a frame cannot be made: {0}")]
     Picture(#[from] image::ImageError),

@@ -126,7 +126,7 @@ fn draw_solids(out: &mut String, scale: &Scale, scenario: &Scenario, network: &N
 }
 
 /// The convex outline of points from above, anticlockwise (Andrew's monotone chain).
-fn hull(points: &[Point3<f64>]) -> Vec<Point2<f64>> {
+pub(super) fn hull(points: &[Point3<f64>]) -> Vec<Point2<f64>> {
     let mut sorted: Vec<Point2<f64>> = points.iter().map(Point3::xy).collect();
     sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let chain = |points: &mut dyn Iterator<Item = Point2<f64>>| {
@@ -159,7 +159,7 @@ fn on_path(network: &Network, along_m: f64, left_m: f64) -> Point2<f64> {
 }
 
 /// What of a wall's plan is sheet metal: its length without its portals.
-fn wall_pieces(face: &Face) -> Vec<[Point2<f64>; 2]> {
+pub(super) fn wall_pieces(face: &Face) -> Vec<[Point2<f64>; 2]> {
     let along = nalgebra::Vector2::new(-face.plane.normal.y, face.plane.normal.x);
     let span = |outline: &[Point3<f64>]| {
         let places = || outline.iter().map(|p| p.xy().coords.dot(&along));

@@ -13,11 +13,11 @@ const OUTLINES: usize = 800;
 /// Lateral offset in millimetres over the distance along the centreline.
 pub(super) fn plot(scenario: &Scenario, network: &Network, run: &RunRecord) -> Plot {
     let segments = &network.centreline.segments;
-    let half_mm = segments.iter().map(|segment| segment.width_m * 500.0).fold(0.0, f64::max);
+    let half_mm = segments.iter().map(|segment| segment.width_m.max(segment.end_width_m) * 500.0).fold(0.0, f64::max);
     let side = |sign: f64| {
         let points = segments.iter().flat_map(|segment| {
-            let wall = Some(sign * segment.width_m * 500.0);
-            [(segment.start_m, wall), (segment.start_m + segment.length_m, wall)]
+            let wall = |width_m: f64| Some(sign * width_m * 500.0);
+            [(segment.start_m, wall(segment.width_m)), (segment.start_m + segment.length_m, wall(segment.end_width_m))]
         });
         let label = if sign > 0.0 { "wall" } else { "" };
         Series { label: label.to_owned(), class: "wall", style: Style::Line, points: points.collect() }

@@ -11,9 +11,11 @@ use crate::scenario::Scenario;
 
 /// Name and purpose of the scenario, and what it is made of in a line each.
 pub(super) fn scenario(scenario: &Scenario, network: &Network) -> Value {
-    let count = |wanted: fn(&Shape) -> bool| scenario.duct.run.iter().filter(|piece| wanted(&piece.shape)).count();
+    let count = |wanted: fn(&Shape) -> bool| network.fittings.iter().filter(|fitting| wanted(&fitting.shape)).count();
     let straights = count(|shape| matches!(shape, Shape::Straight { .. }));
-    let elbows = scenario.duct.run.len() - straights;
+    let elbows = count(|shape| matches!(shape, Shape::RadiusElbow { .. } | Shape::MitredElbow { .. }));
+    let others = network.fittings.len() - straights - elbows;
+    let others = if others > 0 { format!(", {others} of other kinds") } else { String::new() };
     let plural = |n: usize, word: &str| format!("{n} {word}{}", if n == 1 { "" } else { "s" });
     let (width, height) = (number(scenario.duct.width_m * 1e3, 4), number(scenario.duct.height_m * 1e3, 4));
     let length = number(network.centreline.length_m(), 3);
@@ -24,7 +26,7 @@ pub(super) fn scenario(scenario: &Scenario, network: &Network) -> Value {
         name => &scenario.name,
         about => &scenario.about,
         facts => vec![
-            format!("{width} × {height} mm, {length} m, {}, {}", plural(straights, "straight"), plural(elbows, "elbow")),
+            format!("{width} × {height} mm, {length} m, {}, {}{others}", plural(straights, "straight"), plural(elbows, "elbow")),
             format!("{} × {} px at {} Hz, {lasers}", camera.width_px, camera.height_px, scenario.rates.camera_hz),
             format!(
                 "perception {}, law {}, {} m/s",

@@ -4,11 +4,11 @@
 
 mod controllers;
 mod course;
+mod network;
 mod sensor;
 mod standing;
 
-use ductloop_duct::fitting::FittingError;
-use ductloop_duct::network::{Network, NetworkError};
+use ductloop_duct::network::Network;
 
 use super::Scenario;
 use super::check::Checked;
@@ -169,32 +169,12 @@ impl Cross<'_> {
 
     /// The network, if it can be made.
     fn network(&mut self) -> Option<Network> {
-        if !self.checked.is_sound(&["duct.width_m", "duct.height_m", "duct.run"]) {
+        if !self.checked.is_sound(&["duct.width_m", "duct.height_m", "duct.run", "duct.branch", "route"]) {
             return None;
         }
         match self.scenario.duct.network() {
             Ok(network) => return Some(network),
-            Err(NetworkError::Empty) => {
-                self.wrong(&["duct.run", "duct"], "the duct has no fittings".to_owned(), "one or more".to_owned());
-            }
-            Err(NetworkError::Fitting { index, error }) => {
-                let path = format!("duct.run[{index}]");
-                let help = match error {
-                    FittingError::Angle { max_deg, .. } => {
-                        format!("1 to {max_deg} degrees to the left, or -1 to -{max_deg} to the right")
-                    }
-                    FittingError::NotPositive { .. } => "a positive length in metres".to_owned(),
-                };
-                let paths = ["elbow_deg", "mitre_deg", "straight_m"].map(|key| format!("{path}.{key}"));
-                let span = paths.iter().map(|p| self.typed.span(p)).min_by_key(|s| s.end - s.start).unwrap_or_default();
-                self.checked.wrong(&path, Finding::new(span, format!("`{path}`: {error}")).help(help));
-            }
-            Err(NetworkError::Overlap { first, second }) => {
-                let path = format!("duct.run[{second}]");
-                let message = format!("`{path}` runs into `duct.run[{first}]`: both would occupy the same space");
-                let finding = Finding::new(self.typed.span(&path), message);
-                self.checked.wrong(&path, finding.help("turn the other way, or put a longer straight between them"));
-            }
+            Err(error) => self.no_network(error),
         }
         None
     }

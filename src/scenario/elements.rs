@@ -2,19 +2,20 @@
 
 use ductloop_duct::cell::SurfaceId;
 use ductloop_duct::fitting::Shape;
+use ductloop_duct::network::{End, Turn};
 use ductloop_nav::rig::{Laser, MountAngles, Rig};
 use ductloop_sensor::surface::Look;
 use nalgebra::{Point3, Unit, Vector3};
 
-use super::Scenario;
 use super::check::{Checked, quoted};
 use super::diagnostic::Finding;
-use super::fields::Scale;
-use super::model::{Object, ObjectShape, Piece, Surface};
+use super::fields::{self, Scale};
+use super::model::{Branch, Object, ObjectShape, Piece, Route, Surface};
 use super::resolve::default_of;
-use super::tree::{Entry, Node, Table};
+use super::tree::{Entry, Node, Table, Value};
 use super::typed::Typed;
 use super::unknown_key::nearest;
+use super::{Scenario, fittings, layout};
 
 /// A normal this near to unit length is taken as it is: it was written by this program, and dividing it by its length again
 /// would change its last bits.
@@ -23,14 +24,16 @@ const UNIT_EXACT: f64 = 1e-12;
 /// A normal further than this from unit length was not meant as one. Six digits, as people type them, are within 1e-6.
 const UNIT_TYPED: f64 = 1e-3;
 
-/// Radius of an elbow's inner wall over the duct's width, where none is given: the common one without vanes.
-pub(super) const THROAT_RATIO: f64 = 0.75;
-
 /// Reads the fields of one element.
-struct Element<'t>(&'t Table);
+pub(super) struct Element<'t>(&'t Table);
 
 impl Element<'_> {
-    fn number(&self, key: &str, scale: Scale) -> Option<f64> {
+    /// Whether it has this key.
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.0.get(key).is_some()
+    }
+
+    pub(super) fn number(&self, key: &str, scale: Scale) -> Option<f64> {
         self.0.get(key)?.as_number().map(|x| scale.si(x))
     }
 
@@ -40,7 +43,7 @@ impl Element<'_> {
         Some(Vector3::new(number(0)?, number(1)?, number(2)?))
     }
 
-    fn text(&self, key: &str) -> Option<&str> {
+    pub(super) fn text(&self, key: &str) -> Option<&str> {
         self.0.get(key)?.as_text()
     }
 }
@@ -120,20 +123,59 @@ pub(super) fn duct(layered: &Table, root: &Table, scenario: &mut Scenario, typed
         }
     };
     scenario.duct.surface = id(typed_surface, "duct.surface", checked).unwrap_or_default();
-    scenario.duct.run.clear();
-    for (i, piece) in listed(layered, "duct.run").enumerate() {
-        let path = format!("duct.run[{i}]");
-        if piece.0.get("throat_radius_m").is_some() && piece.0.get("elbow_deg").is_none() && checked.is_sound(&[&path]) {
-            let path = format!("{path}.throat_radius_m");
-            let finding = Finding::new(typed.span(&path), "`throat_radius_m` in a fitting that is no radius elbow");
-            checked.wrong(&path, finding.help("only a fitting with `elbow_deg` has a throat radius"));
-        }
-        let name = piece.text("surface").map(|name| (name, format!("{path}.surface")));
-        let surface = name.and_then(|(name, path)| id(name, &path, checked)).unwrap_or(scenario.duct.surface);
-        if let Some(shape) = shape(&piece, scenario.duct.width_m) {
-            scenario.duct.run.push(Piece { shape, surface });
-        }
+    let branches: Vec<Element<'_>> = listed(layered, "duct.branch").collect();
+    let runs = runs(listed(layered, "duct.run").collect(), &branches);
+    let names = layout::names(
+        runs.iter()
+            .flat_map(|run| &run.pieces)
+            .map(|piece| (piece.text("name").unwrap_or_default(), fittings::kind_of(piece).map_or("fitting", |kind| kind.word))),
+    );
+    let mut rest = &names[..];
+    let mut from = Vec::new();
+    for run in &runs {
+        let (own, others) = rest.split_at(run.pieces.len());
+        from.push((run.from.and_then(layout::named_port), own));
+        rest = others;
     }
+    let mut shapes: Vec<Vec<Option<Shape>>> = runs.iter().map(|run| vec![None; run.pieces.len()]).collect();
+    layout::sections([scenario.duct.width_m, scenario.duct.height_m], &from, |run, index, section| {
+        shapes[run][index] = fittings::read(&runs[run].pieces[index], section);
+        shapes[run][index]
+    });
+    let own_surface = scenario.duct.surface;
+    let mut pieces = runs.iter().zip(shapes).map(|(run, shapes)| {
+        let mut pieces = Vec::new();
+        for (i, (piece, shape)) in run.pieces.iter().zip(shapes).enumerate() {
+            let path = format!("{}[{i}]", run.path);
+            if let Some((key, message, help)) = fittings::stray_key(piece).filter(|_| checked.is_sound(&[&path])) {
+                let path = format!("{path}.{key}");
+                checked.wrong(&path, Finding::new(typed.span(&path), message).help(help));
+            }
+            let name = piece.text("surface").map(|name| (name, format!("{path}.surface")));
+            let surface = name.and_then(|(name, path)| id(name, &path, checked)).unwrap_or(own_surface);
+            let end = |key: &str| piece.text(key).map_or(End::Cap, fields::end);
+            pieces.extend(shape.map(|shape| Piece {
+                name: piece.text("name").unwrap_or_default().to_owned(),
+                left_end: end("left_end"),
+                right_end: end("right_end"),
+                shape,
+                surface,
+            }));
+        }
+        pieces
+    });
+    scenario.duct.run = pieces.next().unwrap_or_default();
+    scenario.duct.branches = branches
+        .iter()
+        .zip(pieces)
+        .map(|(branch, run)| Branch {
+            from: branch.text("from").unwrap_or_default().to_owned(),
+            run,
+            to: branch.text("to").map(str::to_owned),
+            end: branch.text("end").map_or(End::Cap, fields::end),
+        })
+        .collect();
+    scenario.duct.route = route(layered);
     scenario.duct.objects.clear();
     for (i, object) in listed(layered, "duct.object").enumerate() {
         let name = object.text("surface").map(|name| (name, format!("duct.object[{i}].surface")));
@@ -148,15 +190,32 @@ pub(super) fn duct(layered: &Table, root: &Table, scenario: &mut Scenario, typed
     scenario.surfaces = surfaces;
 }
 
-fn shape(piece: &Element<'_>, width_m: f64) -> Option<Shape> {
-    if let Some(length_m) = piece.number("straight_m", Scale::Si) {
-        return Some(Shape::Straight { length_m });
+/// A list of fittings, and the port at which a branch begins.
+struct Run<'t> {
+    path: String,
+    from: Option<&'t str>,
+    pieces: Vec<Element<'t>>,
+}
+
+/// The duct's run and those of the branches.
+fn runs<'t>(run: Vec<Element<'t>>, branches: &'t [Element<'t>]) -> Vec<Run<'t>> {
+    let of_branch = |(i, branch): (usize, &'t Element<'t>)| Run {
+        path: format!("duct.branch[{i}].run"),
+        from: Some(branch.text("from").unwrap_or_default()),
+        pieces: listed(branch.0, "run").collect(),
+    };
+    let own = Run { path: "duct.run".to_owned(), from: None, pieces: run };
+    std::iter::once(own).chain(branches.iter().enumerate().map(of_branch)).collect()
+}
+
+fn route(layered: &Table) -> Route {
+    let words = layered.at("route.turns").and_then(Node::as_list).unwrap_or_default();
+    let default = Route::default();
+    Route {
+        turns: words.iter().filter_map(|word| Turn::named(word.as_text()?)).collect(),
+        explore: layered.at("route.explore").is_some_and(|node| node.value == Value::Flag(true)),
+        turn_back_m: layered.at("route.turn_back_m").and_then(Node::as_number).unwrap_or(default.turn_back_m),
     }
-    if let Some(angle_rad) = piece.number("elbow_deg", Scale::Degrees) {
-        let throat_radius_m = piece.number("throat_radius_m", Scale::Si).unwrap_or(THROAT_RATIO * width_m);
-        return Some(Shape::RadiusElbow { angle_rad, throat_radius_m });
-    }
-    piece.number("mitre_deg", Scale::Degrees).map(|angle_rad| Shape::MitredElbow { angle_rad })
 }
 
 /// What stands in the duct; `None` where something that must be given is not, which has been reported.

@@ -6,7 +6,10 @@
 //! - `source`, `parse`, `tree`: texts to TOML values with their places;
 //! - [`overlay`], `typed`: the file **as typed**, with what `--with` and `--set` lay over it;
 //! - `check`, `value`, `unknown_key`: each key and value against its row;
-//! - `presets`, `resolve`, `elements`, `faults`: presets beneath, defaults filled in, into the typed [`Scenario`] **as resolved**;
+//! - `presets`, `resolve`, `elements`, `fittings`, `faults`: presets beneath, defaults filled in, into the typed [`Scenario`] **as
+//!   resolved**;
+//! - `random_network`: networks drawn from a seed, as if they had been typed;
+//! - `layout`: runs and branches as the pieces and joins of a network;
 //! - `cross`: what fields say of each other;
 //! - [`accuracy_file`]: a file of kind `accuracy`, which holds a scenario, a grid over its fields and poses to draw;
 //! - [`sweep_file`]: a file of kind `sweep`: base scenarios and what is varied of them;
@@ -24,10 +27,13 @@ pub mod diagnostic;
 mod elements;
 mod faults;
 pub mod fields;
+mod fittings;
+mod layout;
 mod model;
 pub mod overlay;
 mod parse;
 mod presets;
+mod random_network;
 mod resolve;
 mod rig_file;
 mod schema;
@@ -44,9 +50,10 @@ use std::path::Path;
 pub use criteria::{Bound, Criteria, Criterion, Measured};
 pub use diagnostic::{Diagnostic, Diagnostics, Place};
 pub use faults::{Fault, FaultKind, Side, Wheel};
+pub use layout::{DuctError, Layout, PortError};
 pub use model::{
-    AutoExposure, Control, Duct, Estimation, EstimatorKind, Finish, Law, LinkParams, MountControl, Navigation, Object,
-    ObjectShape, Perception, Piece, Pipeline, Rates, RigDeviation, Scenario, Start, Surface, WheelControl,
+    AutoExposure, Branch, Control, Duct, Estimation, EstimatorKind, Finish, Law, LinkParams, MountControl, Navigation, Object,
+    ObjectShape, Perception, Piece, Pipeline, Rates, RigDeviation, Route, Scenario, Start, Surface, WheelControl,
 };
 pub use overlay::Overlays;
 pub use rig_file::RigFile;

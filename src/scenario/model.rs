@@ -3,8 +3,9 @@
 use ductloop_duct::Transform;
 use ductloop_duct::cell::{Solid, SurfaceId};
 use ductloop_duct::centreline::Centreline;
+use ductloop_duct::fitting::port::PortName;
 use ductloop_duct::fitting::{Fitting, Shape};
-use ductloop_duct::network::{End, Network, NetworkError};
+use ductloop_duct::network::{End, Network, Turn};
 use ductloop_nav::angle::rotation_about_z;
 use ductloop_nav::control::kanayama::KanayamaParams;
 use ductloop_nav::control::koh_cho::KohChoParams;
@@ -27,6 +28,7 @@ use nalgebra::{Translation3, Vector3};
 
 use super::criteria::Criteria;
 use super::faults::Fault;
+use super::layout::DuctError;
 
 /// A run of a robot through a duct, complete.
 ///
@@ -269,17 +271,21 @@ pub struct Navigation {
     pub frozen_frames: u32,
 }
 
-/// The duct: one cross-section, fittings joined one after the other.
+/// The duct: fittings joined one after the other, and branches of them; and the way through it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Duct {
-    /// Inside width, in metres.
+    /// Inside width where it begins, in metres.
     pub width_m: f64,
-    /// Inside height, in metres.
+    /// Inside height where it begins, in metres.
     pub height_m: f64,
     /// What a fitting is made of unless it says otherwise.
     pub surface: SurfaceId,
     /// The fittings from entry to exit.
     pub run: Vec<Piece>,
+    /// What begins at the ports of fittings elsewhere.
+    pub branches: Vec<Branch>,
+    /// The way through it.
+    pub route: Route,
     /// How the beginning is finished.
     pub entry: End,
     /// How the end is finished.
@@ -321,9 +327,39 @@ pub enum ObjectShape {
     },
 }
 
-/// A fitting of the run.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A run of fittings that begins at a port of another one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Branch {
+    /// The port where it begins: "tee-1.left".
+    pub from: String,
+    /// Its fittings.
+    pub run: Vec<Piece>,
+    /// The port that its end meets; `None`: it ends freely.
+    pub to: Option<String>,
+    /// How its end is finished.
+    pub end: End,
+}
+
+/// The way through a network.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Route {
+    /// What to do at each junction and each dead end.
+    pub turns: Vec<Turn>,
+    /// Whether the way goes through every branch instead.
+    pub explore: bool,
+    /// How far before the end of a duct it turns back, in metres.
+    pub turn_back_m: f64,
+}
+
+/// A fitting of a run.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Piece {
+    /// What it is called; empty: what it is, and its number among those.
+    pub name: String,
+    /// How its port `left` is finished if nothing is joined to it.
+    pub left_end: End,
+    /// How its port `right` is finished if nothing is joined to it.
+    pub right_end: End,
     /// What it is.
     pub shape: Shape,
     /// What it is made of.
@@ -415,19 +451,41 @@ pub(super) fn end_word(end: End) -> &'static str {
     }
 }
 
+impl std::default::Default for Route {
+    fn default() -> Self {
+        Self { turns: Vec::new(), explore: false, turn_back_m: 0.6 }
+    }
+}
+
+impl Piece {
+    /// A fitting without a name, its free ports capped.
+    pub fn new(shape: Shape, surface: SurfaceId) -> Self {
+        Self { name: String::new(), left_end: End::Cap, right_end: End::Cap, shape, surface }
+    }
+}
+
 impl Duct {
-    /// The fittings with their cross-section.
+    /// All fittings, those of branches too, with their cross-sections; none if the fittings' ports cannot be told.
     pub fn fittings(&self) -> Vec<Fitting> {
-        let (width_m, height_m) = (self.width_m, self.height_m);
-        self.run.iter().map(|piece| Fitting { shape: piece.shape, width_m, height_m, surface: piece.surface }).collect()
+        self.layout().map(|layout| layout.pieces.iter().map(|piece| piece.fitting).collect()).unwrap_or_default()
     }
 
-    /// The network that the fittings make, with the beads at its joints and with what stands in it.
+    /// The network that the fittings make, with the beads at its joints and with what stands in it. Its centreline is the route's.
     ///
     /// # Errors
     /// None for a scenario that was read or that [`Scenario::validate`] accepts.
-    pub fn network(&self) -> Result<Network, NetworkError> {
-        let mut network = Network::from_run(&self.fittings(), self.entry, self.exit)?;
+    pub fn network(&self) -> Result<Network, DuctError> {
+        let layout = self.layout()?;
+        let mut network = Network::assemble(&layout.pieces, &layout.joins, &layout.ends)?;
+        let start = (0, PortName::In);
+        let explored;
+        let turns = if self.route.explore {
+            explored = network.exploration(start);
+            &explored
+        } else {
+            &self.route.turns
+        };
+        network.centreline = network.path(turns, start, self.route.turn_back_m)?;
         if self.bead_m > 0.0 {
             network.add_beads(self.bead_m, self.bead_width_m, self.surface);
         }

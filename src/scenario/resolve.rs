@@ -17,13 +17,14 @@ use super::criteria::{Bound, Criteria, Criterion};
 use super::diagnostic::{Diagnostics, Finding};
 use super::fields::{self, Default, Field, Scale, Slot};
 use super::model::{
-    AutoExposure, Control, Duct, Estimation, EstimatorKind, Finish, Navigation, Perception, Pipeline, Rates, RigDeviation, Start,
+    AutoExposure, Control, Duct, Estimation, EstimatorKind, Finish, Navigation, Perception, Pipeline, Rates, RigDeviation, Route,
+    Start,
 };
 use super::model::{LinkParams, MountControl, WheelControl};
 use super::source::{Sources, Span};
 use super::tree::{Node, Table, Value};
 use super::typed::Typed;
-use super::{Scenario, cross, elements, faults, parse, presets};
+use super::{Scenario, cross, elements, faults, parse, presets, random_network};
 
 /// The scenario, or every error found.
 pub(super) fn resolve(typed: &Typed) -> Result<Scenario, Diagnostics> {
@@ -60,7 +61,8 @@ fn resolve_with(typed: &Typed, cross_check: fn(&Scenario, &Typed, &mut Checked))
         checked.findings.retain(|f| typed.findings.iter().all(|broken| !overshadows(broken.span, f.span, &typed.sources)));
         return fail([typed.findings.clone(), checked.findings].concat());
     }
-    let layered = beneath(&root);
+    let mut layered = beneath(&root);
+    random_network::lay(&mut layered, typed, &mut checked);
     checked.missing(fields::root(), Some(&layered), "", &|path| typed.span(path));
     let scenario = build(&layered, &root, typed, &mut checked);
     cross_check(&scenario, typed, &mut checked);
@@ -233,6 +235,8 @@ fn blank() -> Scenario {
             height_m: 1.0,
             surface: ductloop_duct::cell::SurfaceId(0),
             run: Vec::new(),
+            branches: Vec::new(),
+            route: Route::default(),
             entry: End::Cap,
             exit: End::Open,
             bead_m: 0.0,

@@ -36,7 +36,9 @@ enum Whole {
 fn table(shape: &TableShape, whole: Whole) -> Value {
     let properties: Map<String, Value> =
         shape.children.iter().map(|(key, child)| ((*key).to_owned(), of(child, whole))).collect();
-    let required: Vec<&str> = shape.children.iter().filter(|(_, child)| child.is_required()).map(|(key, _)| *key).collect();
+    // What another key may stand for, is not required by itself: a run that is drawn.
+    let is_required = |key: &str, child: &Shape| child.is_required() && (shape.row.path, key) != ("duct", "run");
+    let required: Vec<&str> = shape.children.iter().filter(|(key, child)| is_required(key, child)).map(|(key, _)| *key).collect();
     let mut schema = json!({
         "type": "object",
         "description": shape.row.about,
@@ -50,6 +52,9 @@ fn table(shape: &TableShape, whole: Whole) -> Value {
     let one = |key: &&str| json!({ "required": [key] });
     if whole == Whole::Yes && !shape.row.exactly_one.is_empty() {
         schema["oneOf"] = shape.row.exactly_one.iter().map(one).collect();
+    }
+    if whole == Whole::Yes && shape.row.path == "duct" {
+        schema["oneOf"] = ["run", "random"].iter().map(one).collect();
     }
     if !shape.row.at_most_one.is_empty() {
         schema["not"] = json!({ "required": shape.row.at_most_one });
@@ -133,6 +138,7 @@ fn leaf(field: &Field) -> Value {
         Kind::List { min, max } => json!({ "type": "array", "items": number(min, max) }),
         Kind::Flag => json!({ "type": "boolean" }),
         Kind::Word(words) => json!({ "enum": words }),
+        Kind::Words(words) => json!({ "type": "array", "items": { "enum": words } }),
         Kind::Name => json!({ "type": "string", "pattern": NAME }),
         Kind::Text => json!({ "type": "string" }),
     };

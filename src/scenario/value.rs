@@ -29,10 +29,11 @@ pub(super) fn wrong(field: &Field, path: &str, node: &Node) -> Option<Finding> {
         (Kind::Numbers { len, .. } | Kind::Integers { len, .. }, Value::List(list)) if list.len() != len => {
             finding(format!("`{path}` takes {len} elements, not {}", list.len()))
         }
-        (Kind::Numbers { .. } | Kind::Integers { .. } | Kind::List { .. }, Value::List(list)) => {
+        (Kind::Numbers { .. } | Kind::Integers { .. } | Kind::List { .. } | Kind::Words(_), Value::List(list)) => {
             list.iter().enumerate().find_map(|(i, item)| {
                 let message = item_of(field, &format!("{path}[{i}]"), item)?;
-                Some(Finding::new(item.span, message).help(field.sentence()))
+                let help = if matches!(field.kind, Kind::Words(_)) { accepted(field) } else { field.sentence() };
+                Some(Finding::new(item.span, message).help(help))
             })
         }
         (Kind::Flag, Value::Flag(_)) | (Kind::Text, Value::Text(_)) => None,
@@ -63,6 +64,9 @@ fn item_of(field: &Field, path: &str, item: &Node) -> Option<String> {
             number(field, path, item, min, max)
         }
         (Kind::Integers { min, max, .. }, Value::Integer(x)) => integer(field, path, *x, min, max),
+        (Kind::Words(words), Value::Text(text)) if words.contains(&text.as_str()) => None,
+        (Kind::Words(_), Value::Text(text)) => Some(format!("`{path}` does not know \"{text}\"")),
+        (Kind::Words(_), other) => Some(format!("`{path}` must be one of its words, not {}", other.kind())),
         (Kind::Integers { .. }, other) => Some(format!("`{path}` must be a whole number, not {}", other.kind())),
         (_, other) => Some(format!("`{path}` must be a number, not {}", other.kind())),
     }
@@ -111,6 +115,7 @@ fn wanted(field: &Field) -> String {
         Kind::List { .. } => "an array of numbers".to_owned(),
         Kind::Flag => "true or false".to_owned(),
         Kind::Word(_) => "one of its words".to_owned(),
+        Kind::Words(_) => "an array of words".to_owned(),
         Kind::Name => "a name".to_owned(),
         Kind::Text => "a string".to_owned(),
     }
@@ -145,7 +150,7 @@ fn type_help(field: &Field, given: &Value) -> String {
         Value::Text(text) if field.kind == Kind::Flag && (text == "true" || text == "false") => {
             format!("write `{text}` without quotes: {}", field.sentence())
         }
-        _ if matches!(field.kind, Kind::Word(_)) => accepted(field),
+        _ if matches!(field.kind, Kind::Word(_) | Kind::Words(_)) => accepted(field),
         Value::Other(_) if let Kind::Integer { min, max } = field.kind => format!("from {min} to {max}: {}", field.sentence()),
         _ => field.sentence(),
     }
@@ -154,7 +159,7 @@ fn type_help(field: &Field, given: &Value) -> String {
 /// The words that a field takes, and what it is.
 fn accepted(field: &Field) -> String {
     match field.kind {
-        Kind::Word(words) => {
+        Kind::Word(words) | Kind::Words(words) => {
             let words: Vec<_> = words.iter().map(|w| format!("\"{w}\"")).collect();
             format!("allowed: {}. {}", words.join(", "), field.about)
         }

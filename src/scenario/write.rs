@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use ductloop_duct::fitting::Shape as FittingShape;
+use ductloop_duct::network::End;
 
 use ductloop_sensor::surface::Look;
 
@@ -10,10 +10,10 @@ use super::Scenario;
 use super::check::join;
 use super::criteria::Bound;
 use super::fields::{self, Field, Kind, Scale, Shape, Slot, TableShape};
-use super::model::ObjectShape;
-use super::parse;
+use super::model::{ObjectShape, end_word};
 use super::source::Span;
 use super::tree::{Entry, Node, Table, Value};
+use super::{fittings, parse};
 
 /// The file's text.
 pub(super) fn to_toml(scenario: &Scenario) -> String {
@@ -34,7 +34,11 @@ fn tree(scenario: &Scenario) -> Table {
         }
     }
     root.put("duct.surface", Value::Text(surface_name(scenario, scenario.duct.surface.0)));
-    root.put("duct.run", Value::List(run(scenario)));
+    root.put("duct.run", Value::List(run(scenario, &scenario.duct.run)));
+    root.put("duct.branch", Value::List(branches(scenario)));
+    if let Some(route) = route(scenario) {
+        root.put("route", Value::Table(route));
+    }
     root.put("duct.object", Value::List(objects(scenario)));
     root.put("sensor.laser", Value::Table(lasers(scenario)));
     root.put("surface", Value::Table(surfaces(scenario)));
@@ -109,25 +113,47 @@ fn surface_name(scenario: &Scenario, id: u16) -> String {
     scenario.surfaces.get(usize::from(id)).map_or_else(|| format!("surface {id}"), |s| s.name.clone())
 }
 
-fn run(scenario: &Scenario) -> Vec<Node> {
-    let degrees = |angle_rad| Some(Value::Number(Scale::Degrees.in_file(angle_rad)));
+fn run(scenario: &Scenario, pieces: &[super::Piece]) -> Vec<Node> {
+    let end = |key: &'static str, end: End| (end == End::Open).then(|| (key, Value::Text(end_word(end).to_owned())));
     let piece = |piece: &super::Piece| {
-        let (straight, elbow, mitre, throat) = match piece.shape {
-            FittingShape::Straight { length_m } => (Some(Value::Number(length_m)), None, None, None),
-            FittingShape::RadiusElbow { angle_rad, throat_radius_m } => {
-                (None, degrees(angle_rad), None, Some(Value::Number(throat_radius_m)))
-            }
-            FittingShape::MitredElbow { angle_rad } => (None, None, degrees(angle_rad), None),
-        };
+        let mut table = Table::default();
+        let name = (!piece.name.is_empty()).then(|| ("name", Value::Text(piece.name.clone())));
+        let ends = [end("left_end", piece.left_end), end("right_end", piece.right_end)];
+        let surface = ("surface", Value::Text(surface_name(scenario, piece.surface.0)));
+        let own = fittings::write(&piece.shape);
+        for (key, value) in name.into_iter().chain(own).chain(ends.into_iter().flatten()).chain([surface]) {
+            table.put(key, value);
+        }
+        node(Value::Table(table))
+    };
+    pieces.iter().map(piece).collect()
+}
+
+fn branches(scenario: &Scenario) -> Vec<Node> {
+    let branch = |branch: &super::Branch| {
+        let end = branch.to.is_none().then(|| Value::Text(end_word(branch.end).to_owned()));
         node(Value::Table(element([
-            ("straight_m", straight),
-            ("elbow_deg", elbow),
-            ("mitre_deg", mitre),
-            ("throat_radius_m", throat),
-            ("surface", Some(Value::Text(surface_name(scenario, piece.surface.0)))),
+            ("from", Some(Value::Text(branch.from.clone()))),
+            ("to", branch.to.clone().map(Value::Text)),
+            ("end", end),
+            ("run", Some(Value::List(run(scenario, &branch.run)))),
         ])))
     };
-    scenario.duct.run.iter().map(piece).collect()
+    scenario.duct.branches.iter().map(branch).collect()
+}
+
+/// The route; nothing where there is nothing to decide.
+fn route(scenario: &Scenario) -> Option<Table> {
+    let route = &scenario.duct.route;
+    if *route == super::Route::default() {
+        return None;
+    }
+    let turns = route.turns.iter().map(|turn| node(Value::Text(turn.as_str().to_owned()))).collect();
+    Some(element([
+        ("turns", (!route.turns.is_empty()).then_some(Value::List(turns))),
+        ("explore", Some(Value::Flag(route.explore))),
+        ("turn_back_m", Some(Value::Number(route.turn_back_m))),
+    ]))
 }
 
 fn vector(v: [f64; 3]) -> Option<Value> {

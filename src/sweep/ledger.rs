@@ -2,6 +2,8 @@
 //! that nothing finished is ever lost; a worker packs its own into `parts/pack-COUNT-HASH.parquet` now and then, so that a hundred
 //! thousand cases are not as many files.
 
+use std::time::Duration;
+
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::case::CaseHash;
@@ -13,6 +15,8 @@ use super::store::{Store, StoreError};
 const FOLDER: &str = "parts";
 /// Cases that a worker packs into one part.
 pub const PACK: usize = 64;
+/// How old what is half written must be to be nobody's.
+const HALF_WRITTEN: Duration = Duration::from_secs(3600);
 
 /// A part that could not be read.
 #[derive(Debug)]
@@ -37,11 +41,20 @@ pub fn count(store: &Store) -> Result<u64, StoreError> {
     Ok(store.list(FOLDER)?.iter().map(|name| packed(name).unwrap_or(1)).sum())
 }
 
+/// How an outcome is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kept {
+    /// In a part of its own.
+    Alone,
+    /// With others.
+    Packed,
+}
+
 /// Reads every part. What is in two of them comes twice. Damaged parts are told of and left alone.
 ///
 /// # Errors
 /// Where the store cannot be read.
-pub fn read(store: &Store, mut take: impl FnMut(Outcome)) -> Result<Vec<Damaged>, StoreError> {
+pub fn read(store: &Store, mut take: impl FnMut(Outcome, Kept)) -> Result<Vec<Damaged>, StoreError> {
     let mut damaged = Vec::new();
     let mut seen = std::collections::BTreeSet::new();
     loop {
@@ -56,7 +69,10 @@ pub fn read(store: &Store, mut take: impl FnMut(Outcome)) -> Result<Vec<Damaged>
                 continue;
             };
             match part::read(bytes) {
-                Ok(outcomes) => outcomes.into_iter().for_each(&mut take),
+                Ok(outcomes) => {
+                    let alone = outcomes.len() == 1 && name == name_of(outcomes[0].hash);
+                    outcomes.into_iter().for_each(|outcome| take(outcome, if alone { Kept::Alone } else { Kept::Packed }));
+                }
                 Err(error) => damaged.push(Damaged { name: name.clone(), error }),
             }
             seen.insert(name);
@@ -90,11 +106,17 @@ pub fn pack(store: &Store, outcomes: &[Outcome]) -> Result<bool, WriteError> {
     Ok(store.create(&name, part::write(outcomes)?)?)
 }
 
+/// Takes away what killed writers left half written, wherever a sweep has files. A write takes seconds at most, so that what is older than
+/// an hour is nobody's; should a worker write it after all, its write fails and says so.
+pub fn tidy(store: &Store) {
+    ["", FOLDER, "plots"].into_iter().for_each(|folder| store.tidy(folder, HALF_WRITTEN));
+}
+
 /// Writes outcomes as they come.
 #[derive(Debug)]
 pub struct Writer<'a> {
     store: &'a Store,
-    /// Those with a part of their own that this has written.
+    /// Those with a part of their own that this has written or adopted.
     singles: Vec<Outcome>,
 }
 
@@ -123,6 +145,19 @@ impl<'a> Writer<'a> {
         if self.store.create(&name_of(outcome.hash), part::write(std::slice::from_ref(&outcome))?)? {
             self.singles.push(outcome);
         }
+        if self.singles.len() >= PACK { self.pack() } else { Ok(()) }
+    }
+
+    /// Takes over an outcome that has a part of its own, as killed workers leave some: it is packed with this one's, or, where it is `packed`
+    /// already, loses the part of its own. Should its worker still live, it packs it once more, which is no harm.
+    ///
+    /// # Errors
+    /// Where the pack cannot be written.
+    pub fn adopt(&mut self, outcome: Outcome, packed: bool) -> Result<(), WriteError> {
+        if packed {
+            return Ok(self.store.delete(&name_of(outcome.hash))?);
+        }
+        self.singles.push(outcome);
         if self.singles.len() >= PACK { self.pack() } else { Ok(()) }
     }
 

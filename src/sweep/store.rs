@@ -3,11 +3,18 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
 use object_store::local::LocalFileSystem;
 use object_store::path::Path as Key;
 use object_store::{Error, ObjectStore, ObjectStoreExt, PutMode, PutOptions, PutPayload};
 use tokio::runtime::{Builder, Runtime};
+
+#[cfg(feature = "s3")]
+mod s3;
+
+/// How often an object is written to an object store whose answers get lost.
+const REMOTE_TRIES: u32 = 3;
 
 /// A folder or object store.
 #[derive(Debug)]
@@ -39,10 +46,17 @@ impl Store {
     /// Where it cannot be reached, or this program was built without what it needs.
     pub fn open(place: &str) -> Result<Self, StoreError> {
         let wrong = |message: String| StoreError { place: place.to_owned(), message };
-        let runtime = Builder::new_current_thread().enable_all().build().map_err(|error| wrong(error.to_string()))?;
-        let (objects, prefix, folder): (Arc<dyn ObjectStore>, Key, _) = if place.contains("://") {
-            let (objects, prefix) = remote(place).map_err(wrong)?;
-            (objects, prefix, None)
+        let remote = place.contains("://");
+        let runtime = runtime(remote).map_err(|error| wrong(error.to_string()))?;
+        let (objects, prefix, folder): (Arc<dyn ObjectStore>, Key, _) = if remote {
+            match s3::open(place, &runtime) {
+                Ok((objects, prefix)) => (objects, prefix, None),
+                Err(message) => {
+                    // A name that is still being looked up is not waited for.
+                    runtime.shutdown_background();
+                    return Err(wrong(message));
+                }
+            }
         } else {
             let folder = PathBuf::from(place);
             std::fs::create_dir_all(&folder).map_err(|error| wrong(format!("this folder cannot be made: {error}")))?;
@@ -67,11 +81,24 @@ impl Store {
     /// # Errors
     /// Where it cannot be written: a full disk, no right to.
     pub fn create(&self, name: &str, bytes: Vec<u8>) -> Result<bool, StoreError> {
-        let options = PutOptions { mode: PutMode::Create, ..PutOptions::default() };
-        match self.runtime.block_on(self.objects.put_opts(&self.key(name), PutPayload::from(bytes), options)) {
-            Ok(_) => Ok(true),
-            Err(Error::AlreadyExists { .. }) => Ok(false),
-            Err(error) => Err(self.wrong(name, &error)),
+        let (key, payload) = (self.key(name), PutPayload::from(bytes));
+        let mut tries = if self.folder.is_none() { REMOTE_TRIES } else { 1 };
+        loop {
+            tries -= 1;
+            let options = PutOptions { mode: PutMode::Create, ..PutOptions::default() };
+            match self.runtime.block_on(self.objects.put_opts(&key, payload.clone(), options)) {
+                Ok(_) => return Ok(true),
+                // S3 also says so where two write at once, and then perhaps neither has.
+                Err(Error::AlreadyExists { .. }) => {
+                    let missing = || matches!(self.runtime.block_on(self.objects.head(&key)), Err(Error::NotFound { .. }));
+                    if tries == 0 || !missing() {
+                        return Ok(false);
+                    }
+                }
+                // Perhaps it is written: then the next try finds it there, as if another had written it, which is no harm.
+                Err(error) if tries > 0 && s3::is_open(&error) => {}
+                Err(error) => return Err(self.wrong(name, &error)),
+            }
         }
     }
 
@@ -122,6 +149,21 @@ impl Store {
         }
     }
 
+    /// Takes away what writers left half written in a folder of the store at least so long ago. Object stores have no such thing. What
+    /// cannot be taken away stays: it is in nobody's way.
+    pub fn tidy(&self, folder: &str, age: Duration) {
+        let Some(root) = &self.folder else { return };
+        let half_written = |name: &str| {
+            name.rsplit_once('#').is_some_and(|(_, digits)| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()))
+        };
+        for entry in std::fs::read_dir(root.join(folder)).into_iter().flatten().flatten() {
+            let old = || entry.metadata().ok()?.modified().ok()?.elapsed().ok();
+            if half_written(&entry.file_name().to_string_lossy()) && old().is_some_and(|old| old >= age) {
+                let _ = std::fs::remove_file(entry.path());
+            }
+        }
+    }
+
     fn key(&self, name: &str) -> Key {
         name.split('/').fold(self.prefix.clone(), |key, part| key.join(part))
     }
@@ -131,36 +173,49 @@ impl Store {
     }
 }
 
-/// The innermost cause, which says the most.
+/// What waits for a store's answers. Connections want to be looked after between two requests, or one that was closed since is noticed
+/// only by the next; files do not.
+fn runtime(remote: bool) -> std::io::Result<Runtime> {
+    #[cfg(feature = "s3")]
+    if remote {
+        return Builder::new_multi_thread().worker_threads(1).enable_all().build();
+    }
+    let _ = remote;
+    Builder::new_current_thread().enable_all().build()
+}
+
+/// The innermost cause, which says the most; of a document in S3's form its code and message.
 fn reason(error: &Error) -> String {
     let mut cause: &dyn std::error::Error = error;
     while let Some(inner) = cause.source() {
         cause = inner;
     }
-    cause.to_string()
-}
-
-/// The store at an address, with what comes after the bucket.
-#[cfg(feature = "s3")]
-fn remote(place: &str) -> Result<(Arc<dyn ObjectStore>, Key), String> {
-    let address = url::Url::parse(place).map_err(|error| format!("this is no address: {error}"))?;
-    if address.scheme() != "s3" {
-        return Err(format!("`{}` is no kind of store that is known here: a folder, or `s3://BUCKET/PREFIX`", address.scheme()));
+    let text = cause.to_string();
+    let element = |name: &str| {
+        let (_, rest) = text.split_once(&format!("<{name}>"))?;
+        Some(rest.split_once("</")?.0.to_owned())
+    };
+    match (element("Code"), element("Message")) {
+        (Some(code), Some(message)) => format!("{code}: {message}"),
+        (Some(code), None) => code,
+        // In one line, whatever a server says.
+        _ => text.split_whitespace().collect::<Vec<_>>().join(" "),
     }
-    let bucket = address.host_str().ok_or("this names no bucket: write `s3://BUCKET/PREFIX`")?;
-    let objects = object_store::aws::AmazonS3Builder::from_env()
-        .with_bucket_name(bucket)
-        // Writes if nothing is there; S3 has had it since 2024.
-        .with_conditional_put(object_store::aws::S3ConditionalPut::ETagMatch)
-        .build()
-        .map_err(|error| reason(&error))?;
-    Ok((Arc::new(objects), Key::from(address.path())))
 }
 
 #[cfg(not(feature = "s3"))]
-fn remote(_place: &str) -> Result<(Arc<dyn ObjectStore>, Key), String> {
-    Err("this program was built without the feature `s3`: name a folder, or build with `cargo build --release --features s3`"
-        .into())
+mod s3 {
+    //! What a program without the feature says.
+    use super::{Arc, Error, Key, ObjectStore, Runtime};
+
+    pub(super) fn open(_place: &str, _runtime: &Runtime) -> Result<(Arc<dyn ObjectStore>, Key), String> {
+        Err("this program was built without the feature `s3`: name a folder, or build with `cargo build --release --features s3`"
+            .into())
+    }
+
+    pub(super) fn is_open(_error: &Error) -> bool {
+        false
+    }
 }
 
 #[cfg(test)]
@@ -180,6 +235,13 @@ mod tests {
         std::fs::write(folder.path().join("new/one/parts/b#1"), b"ha").expect("a file");
         assert_eq!(store.list("parts").expect("listed"), ["parts/a"]);
         assert_eq!(store.list("none").expect("listed"), Vec::<String>::new());
+        // It goes when it is old, whole objects do not.
+        let half = folder.path().join("new/one/parts/b#1");
+        store.tidy("parts", Duration::from_secs(3600));
+        assert!(half.exists());
+        store.tidy("parts", Duration::ZERO);
+        assert!(!half.exists());
+        assert_eq!(store.list("parts").expect("listed"), ["parts/a"]);
         store.delete("parts/a").expect("gone");
         store.delete("parts/a").expect("gone already");
         assert_eq!(store.get("parts/a").expect("read"), None);

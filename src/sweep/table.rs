@@ -47,7 +47,7 @@ impl Table {
     /// Where the store cannot be read.
     pub fn read(plan: &Plan, store: &Store) -> Result<Self, StoreError> {
         let mut outcomes: BTreeMap<CaseHash, Outcome> = BTreeMap::new();
-        let damaged = ledger::read(store, |outcome| match outcomes.entry(outcome.hash) {
+        let damaged = ledger::read(store, |outcome, _| match outcomes.entry(outcome.hash) {
             Entry::Occupied(mut there) if there.get().verdict == Verdict::Timeout => {
                 there.insert(outcome);
             }

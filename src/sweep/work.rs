@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, mpsc};
 
 use super::case::{CaseHash, Cases};
-use super::ledger::{self, Damaged, WriteError, Writer};
+use super::ledger::{self, Damaged, Kept, WriteError, Writer};
 use super::outcome::Outcome;
 use super::pass_rate::SoFar;
 use super::plan::Plan;
@@ -14,6 +14,7 @@ use super::single_case::{self, Attempt};
 use super::store::{Store, StoreError};
 use crate::closed_loop::RunError;
 use crate::engine::Engine;
+use crate::metrics::Verdict;
 use crate::scenario::sweep_file::StopRule;
 
 /// A share of a sweep: every `count`-th point from the one numbered `index`, both from 1. A point is never shared out.
@@ -95,22 +96,34 @@ pub fn work(
 ) -> Result<Tally, WorkError> {
     let cases = means.plan.cases();
     let mut done = BTreeMap::new();
-    let broken = ledger::read(means.store, |outcome| {
+    let (mut alone, mut packed) = (BTreeMap::new(), BTreeSet::new());
+    let broken = ledger::read(means.store, |outcome, kept| {
         done.insert(outcome.hash, outcome.passed());
+        match kept {
+            Kept::Alone => drop(alone.insert(outcome.hash, outcome)),
+            // Of a machine that was too slow: another's may be better.
+            Kept::Packed if outcome.verdict == Verdict::Timeout => {}
+            Kept::Packed => drop(packed.insert(outcome.hash)),
+        }
     })?;
     broken.iter().for_each(damaged);
     ledger::discard(means.store, &broken)?;
+    ledger::tidy(means.store);
     let points = shard.points(cases.points());
     let replicates = u64::from(cases.replicates());
+    let mut writer = Writer::new(means.store);
+    if !alone.is_empty() {
+        // Those of this shard: others may be at the rest.
+        for nth in 0..points * replicates {
+            let hash = cases.replicate(shard.point(nth % points), (nth / points) as u32).hash;
+            if let Some(outcome) = alone.remove(&hash) {
+                writer.adopt(outcome, packed.contains(&hash))?;
+            }
+        }
+    }
     let tally = Mutex::new(Tally { cases: points * replicates, ..Tally::default() });
-    let crew = Crew {
-        means,
-        cases: &cases,
-        tally: &tally,
-        watch,
-        writer: Mutex::new(Writer::new(means.store)),
-        broken_off: AtomicBool::new(false),
-    };
+    let crew =
+        Crew { means, cases: &cases, tally: &tally, watch, writer: Mutex::new(writer), broken_off: AtomicBool::new(false) };
     match cases.sweep().stop {
         // All first replicates, then all second ones: a sweep that is broken off has seen all of its points.
         None => crew.round(&mut done, points * replicates, |nth| (shard.point(nth % points), (nth / points) as u32))?,

@@ -7,6 +7,7 @@ use std::time::Duration;
 use crate::workshop::Workshop;
 use arrow_array::RecordBatch;
 use arrow_array::cast::AsArray;
+use arrow_array::types::Float64Type;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 /// Runs of 0.3 m: a tenth of a second each.
@@ -29,12 +30,28 @@ fn workshop() -> Workshop {
     workshop
 }
 
+/// A table's rows; none where there is no such file any more.
+fn batches(workshop: &Workshop, path: &str) -> Vec<RecordBatch> {
+    let Ok(bytes) = fs::read(workshop.path(path)) else { return Vec::new() };
+    let reader = ParquetRecordBatchReaderBuilder::try_new(bytes::Bytes::from(bytes)).expect("Parquet").build().expect("a reader");
+    reader.map(|batch| batch.expect("rows")).collect()
+}
+
+/// How long each case took, by its hash: another run of it takes another time.
+fn wall_times(workshop: &Workshop, path: &str) -> BTreeMap<String, f64> {
+    let mut times = BTreeMap::new();
+    for batch in batches(workshop, path) {
+        let hashes = batch.column_by_name("hash").expect("hashes").as_string::<i32>().clone();
+        let spent = batch.column_by_name("wall_time_s").expect("times").as_primitive::<Float64Type>().clone();
+        times.extend((0..batch.num_rows()).map(|row| (hashes.value(row).to_owned(), spent.value(row))));
+    }
+    times
+}
+
 /// Rows of a table by the hash of their case, each with all but what depends on the machine.
 fn rows(workshop: &Workshop, path: &str) -> BTreeMap<String, String> {
-    let bytes = bytes::Bytes::from(fs::read(workshop.path(path)).expect("a table"));
-    let reader = ParquetRecordBatchReaderBuilder::try_new(bytes).expect("Parquet").build().expect("a reader");
     let mut rows = BTreeMap::new();
-    for batch in reader.map(|batch| batch.expect("rows")) {
+    for batch in batches(workshop, path) {
         let kept: Vec<usize> = batch
             .schema()
             .fields()
@@ -151,6 +168,53 @@ fn interrupted_is_not_lost() {
         rows(&workshop, &format!("out/{folder}/results.parquet")),
         rows(&workshop, &format!("other/{other}/results.parquet"))
     );
+}
+
+/// Killed three times: nothing that was finished is run again, the table is that of a sweep that
+/// nobody killed, and what killed workers left in parts of their own, or half written, is cleared away.
+#[test]
+fn killed_three_times_nothing_finished_is_run_again() {
+    let workshop = workshop();
+    let text = SWEEP.replace("replicates = 2", "replicates = 5");
+    workshop.write("long.toml", text);
+    let cases = 6 * 5;
+    let (parts, call) = ("out/small/parts", ["sweep", "long.toml", "--threads", "2", "--quiet"]);
+    let finished = || -> BTreeMap<String, f64> {
+        let names = workshop.names(parts).into_iter().map(|name| format!("{parts}/{name}"));
+        // One may be packed while this looks; what is half written has another ending.
+        names.filter(|name| name.ends_with(".parquet")).flat_map(|name| wall_times(&workshop, &name)).collect()
+    };
+    let mut known = BTreeMap::new();
+    for least in [3, 10, 20] {
+        let mut running = workshop.start(&call);
+        running.until("so many cases", |_| finished().len() >= least);
+        running.signal("KILL");
+        assert_eq!(running.wait().code, None);
+        let now = finished();
+        assert!(now.len() >= least && now.len() < cases, "{} of {cases} when killed", now.len());
+        for (hash, spent) in &known {
+            assert_eq!(now.get(hash), Some(spent), "{hash} was run again");
+        }
+        known = now;
+    }
+    workshop.write(&format!("{parts}/old.parquet#1"), "ha");
+    workshop.write(&format!("{parts}/new.parquet#1"), "ha");
+    let old = std::time::SystemTime::now() - Duration::from_secs(7200);
+    let half = fs::File::options().write(true).open(workshop.path(&format!("{parts}/old.parquet#1"))).expect("a file");
+    half.set_modified(old).expect("a time");
+    workshop.run(&call).expect(0);
+    let table = wall_times(&workshop, "out/small/results.parquet");
+    assert_eq!(table.len(), cases);
+    for (hash, spent) in &known {
+        assert_eq!(table.get(hash), Some(spent), "{hash} was run again");
+    }
+    let left: Vec<_> = workshop.names(parts).into_iter().filter(|name| !name.starts_with("pack-")).collect();
+    let has = |name: &str| left.iter().any(|other| other == name);
+    assert!(has("new.parquet#1") && !has("old.parquet#1"), "{left:?}");
+    assert!(left.iter().filter(|name| name.ends_with(".parquet")).count() <= 1, "{left:?}");
+    // The same sweep that nobody killed.
+    workshop.run(&["sweep", "long.toml", "--out", "other", "--quiet"]).expect(0);
+    assert_eq!(rows(&workshop, "out/small/results.parquet"), rows(&workshop, "other/small/results.parquet"));
 }
 
 /// A case that cannot be, and one that takes too long, are rows; the sweep goes on.

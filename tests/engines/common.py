@@ -4,6 +4,7 @@ import os
 import pathlib
 import signal
 import subprocess
+import sys
 import time
 
 import pyarrow.parquet as parquet
@@ -35,6 +36,30 @@ POINTS = 6
 OF_THE_MACHINE = {"wall_time_s", "real_time_factor", "host"}
 
 
+# Exit code of a test that this machine does not allow, as automake's.
+NOT_HERE = 77
+# What is waited for, to be said where it never comes.
+waited_for = "nothing yet"
+
+
+def not_here(why):
+    """Ends a test that this machine does not allow. What was begun is ended by whoever called this."""
+    print(f"this machine does not allow it: {why}", flush=True)
+    sys.exit(NOT_HERE)
+
+
+def within(seconds):
+    """A test that has not ended after so many seconds fails, and says what it waited for."""
+
+    def over(*_):
+        raise AssertionError(f"not over within {seconds} s; it waited for {waited_for}")
+
+    signal.signal(signal.SIGALRM, over)
+    # Ended from outside it takes along what it has started, too.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    signal.alarm(seconds)
+
+
 def write_sweep(folder, replicates):
     """The sweep's file, of cases of a tenth of a second."""
     (folder / "short.toml").write_text(SCENARIO)
@@ -45,6 +70,8 @@ def write_sweep(folder, replicates):
 
 def run(command, expect=0, **more):
     """Runs a program to its end; what it said on standard output."""
+    global waited_for
+    waited_for = " ".join(str(word) for word in command)
     ran = subprocess.run([str(word) for word in command], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=900, **more)
     if ran.returncode != expect:
         raise AssertionError(f"{command}: exit code {ran.returncode}, not {expect}\n{ran.stdout}\n{ran.stderr}")
@@ -84,6 +111,8 @@ def parts_done(place):
 
 def until(what, is_so, seconds, process=None):
     """Waits until something is so."""
+    global waited_for
+    waited_for = what
     started = time.monotonic()
     while not is_so():
         if process is not None and process.poll() is not None:
@@ -92,6 +121,13 @@ def until(what, is_so, seconds, process=None):
             raise AssertionError(f"{what} did not come within {seconds} s")
         time.sleep(0.1)
     return time.monotonic() - started
+
+
+def ended(process, what, seconds):
+    """What a process said on standard output and standard error, once it has ended."""
+    global waited_for
+    waited_for = what
+    return process.communicate(timeout=seconds)
 
 
 def processes(is_one):
@@ -106,6 +142,21 @@ def processes(is_one):
                 continue
             if command and is_one(command, environment):
                 found.append(int(folder.name))
+    return found
+
+
+def parent(number):
+    try:
+        return int(pathlib.Path(f"/proc/{number}/stat").read_text().rsplit(")", 1)[1].split()[1])
+    except OSError:
+        return 0
+
+
+def below(number):
+    """A process and all that descends from it."""
+    found = [number]
+    for one in found:
+        found += [other for other in processes(lambda *_: True) if parent(other) == one]
     return found
 
 

@@ -1,6 +1,8 @@
 """A sweep over a real Slurm: a controller and two nodes on this machine, with all of their files in a temporary folder.
 
-slurm.py DUCTLOOP [--small]. The full form kills a node in mid-sweep, with all that runs on it, and waits until Slurm has requeued its task.
+slurm.py DUCTLOOP [--small]. The call that follows the job array is killed without a word, and called again: it follows the same array. The
+full form kills a node too, with all that runs on it, and waits until Slurm has requeued its task. Exit code 77 where Slurm cannot be
+started here, or runs not even an empty job: no program of ours has a part in that.
 """
 
 import getpass
@@ -88,6 +90,20 @@ class Cluster:
 
         common.until("two idle nodes", idle, 60)
 
+    def runs_jobs(self):
+        """An array of two empty tasks, one on each node."""
+        mark = self.folder / "trial"
+        submit = ["sbatch", "--parsable", "--array=1-2", "--nodes=1", "--exclusive", f"--output={self.folder}/trial-%a.log"]
+        common.run([*submit, f"--wrap=touch '{mark}-'$SLURM_ARRAY_TASK_ID"])
+        common.until("an empty job", lambda: all(pathlib.Path(f"{mark}-{task}").exists() for task in (1, 2)), 60)
+        common.until("the end of an empty job", lambda: not queue(), 60)
+
+    def said(self):
+        """The last words of controller and nodes."""
+        logs = [log for log in sorted(self.folder.glob("*.log")) if log.exists()]
+        lines = [f"{log.name}: {line}" for log in logs for line in log.read_text(errors="replace").splitlines()[-4:]]
+        return "\n".join(lines)
+
     def on_node(self, name):
         """Processes of a node's tasks and their keepers, not of its daemon."""
         here = f"SLURM_CONF={os.environ['SLURM_CONF']}".encode()
@@ -100,7 +116,7 @@ class Cluster:
         self.started[1 + index].kill()
         self.started[1 + index].wait()
         tasks = self.on_node(NODES[index])
-        keepers = {parent(number) for number in tasks if "slurmstepd" in command(parent(number))}
+        keepers = {common.parent(number) for number in tasks if "slurmstepd" in command(common.parent(number))}
         tasks = [number for number in tasks if "slurmstepd" not in command(number)]
         common.kill(sorted(keepers))
         common.kill(tasks)
@@ -118,18 +134,25 @@ class Cluster:
         common.kill(common.processes(lambda _, environment: here in environment))
 
 
-def parent(number):
-    try:
-        return int(pathlib.Path(f"/proc/{number}/stat").read_text().rsplit(")", 1)[1].split()[1])
-    except OSError:
-        return 0
-
-
 def command(number):
     try:
         return pathlib.Path(f"/proc/{number}/cmdline").read_text().replace("\0", " ")
     except OSError:
         return ""
+
+
+def queue():
+    """Numbers of the job arrays that wait, run, or are about to end."""
+    told = subprocess.run(["squeue", "--noheader", "--format=%F"], capture_output=True, text=True)
+    assert told.returncode == 0, told
+    return set(told.stdout.split())
+
+
+def arrays():
+    """All job arrays that Slurm remembers, those that have ended too."""
+    told = subprocess.run(["scontrol", "show", "job", "--oneliner"], capture_output=True, text=True).stdout
+    words = [word for line in told.splitlines() if "JobName=ductloop-" in line for word in line.split()]
+    return {word.partition("=")[2] for word in words if word.startswith("ArrayJobId=")}
 
 
 def requeued():
@@ -140,53 +163,76 @@ def requeued():
 
 def main():
     ductloop, small = pathlib.Path(sys.argv[1]).absolute(), "--small" in sys.argv
+    common.within(600 if small else 900)
     with tempfile.TemporaryDirectory(prefix="ductloop-slurm-") as name:
         folder = pathlib.Path(name)
         replicates = 20 if small else 60
         cases = replicates * common.POINTS
         sweep = common.write_sweep(folder, replicates)
         expected = common.local_rows(ductloop, sweep, folder)
-        cluster = Cluster(folder)
+        cluster = None
         try:
-            cluster.until_idle()
+            try:
+                cluster = Cluster(folder)
+                cluster.until_idle()
+                cluster.runs_jobs()
+            except (OSError, AssertionError, subprocess.SubprocessError) as error:
+                common.not_here(f"Slurm does not work here: {error}\n{cluster.said() if cluster else ''}")
             call = [str(ductloop), "sweep", str(sweep), "--engine", "slurm", "--nodes", "2", "--partition", "tests", "--out", "cluster"]
             place = folder / "cluster" / "engines"
+            begin = lambda: subprocess.Popen(
+                call, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+            )
             started = time.monotonic()
-            going = subprocess.Popen(call, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            going = begin()
+            common.until("cases", lambda: common.parts_done(place) >= 6, 120, going)
             if small:
-                # Ctrl-C ends the array and keeps what is done.
-                common.until("cases", lambda: common.parts_done(place) >= 6, 120, going)
+                # Ctrl-C ends the array and keeps what is done. Called again at once, the array may still be about to end.
                 going.send_signal(signal.SIGINT)
-                said = going.communicate(timeout=60)
+                said = common.ended(going, "the end after Ctrl-C", 60)
                 assert going.returncode == 130 and "are done and kept" in said[1], said
-                empty = lambda: not subprocess.run(["squeue", "--noheader"], capture_output=True, text=True).stdout.strip()
-                common.until("an empty queue", empty, 60)
                 kept = common.parts_done(place)
                 assert 6 <= kept < cases, kept
-                print(f"interrupted: the queue is empty, {kept} cases are kept", flush=True)
-                common.run(call + ["--quiet"], cwd=folder)
-            else:
-                common.until("cases", lambda: common.parts_done(place) >= 12, 120, going)
+                print(f"interrupted: {kept} of {cases} cases are kept", flush=True)
+                first = arrays()
+                going = begin()
+                common.until("another array", lambda: arrays() - first, 60, going)
+                common.until("more cases", lambda: common.parts_done(place) >= kept + 6, 120, going)
+                assert not first & queue(), (first, queue())
+            # The call that follows is killed: the array goes on, and the next call follows it.
+            going.kill()
+            common.ended(going, "the end of a killed call", 30)
+            known, kept = arrays(), common.parts_done(place)
+            assert len(queue()) == 1 and kept < cases, (queue(), kept)
+            going = begin()
+            if not small:
+                common.until("cases", lambda: common.parts_done(place) >= 18, 120, going)
                 cluster.kill_node(1)
                 killed, kept = time.monotonic(), common.parts_done(place)
                 assert kept < cases, "the sweep was over before the kill"
                 seconds = common.until("the lost task's requeue", requeued, 300, going)
                 print(f"a node killed at {kept} of {cases} cases; its task requeued after {seconds:.0f} s", flush=True)
-                said = going.communicate(timeout=600)
-                assert going.returncode == 0, said
+            said = common.ended(going, "the end of the sweep", 500)
+            assert going.returncode == 0 and "of an earlier call is at it" in said[1], said
+            assert arrays() == known, (arrays(), known)
+            if not small:
                 print(f"all done {time.monotonic() - killed:.0f} s after the kill", flush=True)
+            print(f"a killed call's array was followed by the next call: {len(known)} arrays in all", flush=True)
             print(f"on Slurm: {time.monotonic() - started:.0f} s", flush=True)
             common.compare(place / "results.parquet", expected, cases)
             # Called again, there is nothing to submit.
             told = common.run(call, cwd=folder)
             assert "job array" not in told.stderr, told
-            assert not subprocess.run(["squeue", "--noheader"], capture_output=True, text=True).stdout.strip()
+            assert not queue() and arrays() == known
+        except SystemExit:
+            raise
         except BaseException:
             for log in [*folder.glob("*.log"), *folder.glob("cluster/engines/logs/*")]:
                 print(f"--- {log}\n{log.read_text(errors='replace')[-3000:]}", file=sys.stderr)
             raise
         finally:
-            cluster.close()
+            if cluster:
+                cluster.close()
         common.until("the end of all processes", lambda: not common.processes(lambda line, _: str(folder) in line), 30)
 
 

@@ -1,7 +1,9 @@
 //! The reference path through a fitting: lines and arcs from one port to another.
 //!
 //! Where it turns in a junction it is the arc tangent to both centrelines, its radius half the narrower of the two widths. Elbows have
-//! the arc that they are made about, offsets two arcs, and so have transitions that are not concentric. Floors that slope pitch it.
+//! the arc that they are made about, offsets two arcs, and so have transitions that are not concentric. Floors that slope pitch it; in a
+//! transition that is concentric upright but not across, two arcs rise evenly along their length, the floor evenly along the duct, and
+//! the path lies up to tenths of a millimetre off the floor.
 
 use super::port::{Port, PortName};
 use super::{Fitting, Shape, elbow};

@@ -95,7 +95,7 @@ pub enum NetworkError {
         ports: String,
     },
     /// A port is joined, or joined and ended, twice.
-    #[error("`{port}` is joined to `{first}` and to `{second}`; a port can be joined once")]
+    #[error("`{port}` is joined to {first} and to {second}; a port can be joined once")]
     JoinedTwice {
         /// The port.
         port: String,
@@ -182,7 +182,8 @@ impl Network {
     }
 
     /// Joins pieces port to port: the first one's `in` at the world's origin, the others as a walk over the joins, nearest first, comes
-    /// to them. Ports that are neither joined nor among `ends` are capped.
+    /// to them; a join of two pieces that earlier joins connect must close a cycle. Ports that are neither joined nor among `ends`
+    /// are capped.
     ///
     /// # Errors
     /// What cannot be joined, with the names of both ends.
@@ -197,7 +198,7 @@ impl Network {
         same_name(pieces)?;
         let plan = Assembly { pieces, joins };
         let attached = plan.attached(ends)?;
-        let world_from_piece = plan.placed(&attached)?;
+        let world_from_piece = plan.placed()?;
         let firsts: Vec<usize> = pieces
             .iter()
             .scan(0, |next, piece| {
@@ -272,7 +273,7 @@ impl Assembly<'_> {
         let mut attached: Vec<Vec<(PortName, Option<Attached>)>> =
             self.pieces.iter().map(|piece| piece.fitting.ports().iter().map(|port| (port.name, None)).collect()).collect();
         let told = |what: &Attached| match what {
-            Attached::Port(other) => self.name(*other),
+            Attached::Port(other) => format!("`{}`", self.name(*other)),
             Attached::End(End::Open) => "the open".to_owned(),
             Attached::End(End::Cap) => "a cap".to_owned(),
         };
@@ -303,8 +304,32 @@ impl Assembly<'_> {
         Ok(attached.into_iter().map(|ports| ports.into_iter().map(|(name, what)| (name, or_capped(what))).collect()).collect())
     }
 
+    /// Whether each join is one over which pieces are placed: the first that connects its two pieces, in the order given. The others
+    /// close cycles.
+    fn places(&self) -> Vec<bool> {
+        let mut parent: Vec<usize> = (0..self.pieces.len()).collect();
+        let root = |parent: &mut Vec<usize>, mut piece: usize| {
+            while parent[piece] != piece {
+                parent[piece] = parent[parent[piece]];
+                piece = parent[piece];
+            }
+            piece
+        };
+        let connects = self.joins.iter().map(|join| {
+            let (a, b) = (root(&mut parent, join.a.0), root(&mut parent, join.b.0));
+            parent[b] = a;
+            a != b
+        });
+        connects.collect()
+    }
+
     /// Where each piece lies.
-    fn placed(&self, attached: &[Vec<(PortName, Attached)>]) -> Result<Vec<Transform>, NetworkError> {
+    fn placed(&self) -> Result<Vec<Transform>, NetworkError> {
+        let mut ways: Vec<Vec<(PortName, PortRef)>> = vec![Vec::new(); self.pieces.len()];
+        for (Join { a, b }, _) in self.joins.iter().zip(self.places()).filter(|(_, places)| *places) {
+            ways[a.0].push((a.1, *b));
+            ways[b.0].push((b.1, *a));
+        }
         let mut placed: Vec<Option<Transform>> = vec![None; self.pieces.len()];
         placed[0] = Some(Transform::identity());
         let mut order = vec![0];
@@ -312,13 +337,12 @@ impl Assembly<'_> {
         while let Some(&piece) = order.get(next) {
             next += 1;
             let Some(world_from_piece) = placed[piece] else { continue };
-            for (name, what) in &attached[piece] {
-                let Attached::Port((other, port)) = *what else { continue };
+            for &(name, (other, port)) in &ways[piece] {
                 if placed[other].is_some() {
                     continue;
                 }
                 let port_from_other = self.port((other, port))?.entry_from_inward().inverse();
-                let world_from_port = world_from_piece * self.port((piece, *name))?.entry_from_port;
+                let world_from_port = world_from_piece * self.port((piece, name))?.entry_from_port;
                 // An `in` is its fitting's own frame: nothing to multiply, nothing to round.
                 let at = if port == PortName::In { world_from_port } else { world_from_port * port_from_other };
                 placed[other] = Some(at);

@@ -24,7 +24,10 @@ impl Network {
         let mut length = usize::from(piece.is_junction());
         let arrival = self.go(start, |_, _, _| length += 1);
         let mut place = Place { arrival, entered: start };
-        let mut explored = BTreeSet::new();
+        let mut explored: BTreeSet<PortRef> = match arrival {
+            Arrival::Junction(at) => BTreeSet::from([at]),
+            _ => BTreeSet::new(),
+        };
         if length > 0 {
             while let Some(turns) = self.way_to_unexplored(place, &explored) {
                 for turn in turns {

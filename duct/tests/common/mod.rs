@@ -1,4 +1,5 @@
 //! Every shape in several sizes, and what tests of them share.
+// Each test uses a part of it.
 #![allow(dead_code)]
 
 use ductloop_duct::cell::{Cell, SurfaceId};
@@ -7,30 +8,30 @@ use ductloop_duct::fitting::{AcrossAlign, Blade, Fitting, GrilleSide, Hand, Shap
 use ductloop_duct::network::{Join, Network, NetworkError, Piece};
 use nalgebra::{Point3, Vector3};
 
-pub const WIDTH: f64 = 0.5;
-pub const HEIGHT: f64 = 0.3;
+pub(crate) const WIDTH: f64 = 0.5;
+pub(crate) const HEIGHT: f64 = 0.3;
 
-pub fn fitting(shape: Shape) -> Fitting {
+pub(crate) fn fitting(shape: Shape) -> Fitting {
     Fitting { shape, width_m: WIDTH, height_m: HEIGHT, surface: SurfaceId(0) }
 }
 
-pub fn straight(length_m: f64) -> Fitting {
+pub(crate) fn straight(length_m: f64) -> Fitting {
     fitting(Shape::Straight { length_m })
 }
 
-pub fn mitre(deg: f64) -> Fitting {
+pub(crate) fn mitre(deg: f64) -> Fitting {
     fitting(Shape::MitredElbow { angle_rad: deg.to_radians() })
 }
 
-pub fn tee(hand: Hand) -> Fitting {
+pub(crate) fn tee(hand: Hand) -> Fitting {
     fitting(Shape::Tee { hand, branch_width_m: WIDTH })
 }
 
 /// A shape, its mirror image, and the volume of its cells by closed form.
-pub struct Case {
-    pub shape: Shape,
-    pub mirrored: Shape,
-    pub volume_m3: f64,
+pub(crate) struct Case {
+    pub(crate) shape: Shape,
+    pub(crate) mirrored: Shape,
+    pub(crate) volume_m3: f64,
 }
 
 /// Area of a chain of gores of this radius, width and angle: each is an isosceles trapezium between two seams.
@@ -42,7 +43,7 @@ fn gores_m2(radius_m: f64, angle_rad: f64) -> f64 {
 }
 
 /// All shapes, at several angles and sizes.
-pub fn cases() -> Vec<Case> {
+pub(crate) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     let mut add = |shape, mirrored, volume_m3| cases.push(Case { shape, mirrored, volume_m3 });
     let section = WIDTH * HEIGHT;
@@ -138,7 +139,7 @@ pub fn cases() -> Vec<Case> {
 }
 
 /// Every shape and its mirror image.
-pub fn shapes() -> Vec<Shape> {
+pub(crate) fn shapes() -> Vec<Shape> {
     let mut shapes = Vec::new();
     for case in cases() {
         shapes.push(case.shape);
@@ -150,7 +151,7 @@ pub fn shapes() -> Vec<Shape> {
 }
 
 /// A fitting alone, each of its ports closed by a straight of its size.
-pub fn with_stubs(shape: Shape) -> Result<Network, NetworkError> {
+pub(crate) fn with_stubs(shape: Shape) -> Result<Network, NetworkError> {
     let fitting = fitting(shape);
     let mut pieces = vec![Piece { fitting, name: "it".to_owned() }];
     let mut joins = Vec::new();
@@ -167,12 +168,12 @@ pub fn with_stubs(shape: Shape) -> Result<Network, NetworkError> {
     Network::assemble(&pieces, &joins, &[])
 }
 
-pub fn corners(cell: &Cell) -> impl Iterator<Item = &Point3<f64>> {
+pub(crate) fn corners(cell: &Cell) -> impl Iterator<Item = &Point3<f64>> {
     cell.faces.iter().flat_map(|face| &face.outline)
 }
 
 /// Volume of a cell: pyramids from the origin over its faces.
-pub fn volume_m3(cell: &Cell) -> f64 {
+pub(crate) fn volume_m3(cell: &Cell) -> f64 {
     let mut volume = 0.0;
     for face in &cell.faces {
         let o = &face.outline;

@@ -3,11 +3,13 @@
 //! In data-flow order:
 //!
 //! - `strip`: rays counted in bins along the way: walls closed or open, the inside free or not;
+//! - `change`: side walls that leave their lines without ending;
 //! - `features`: openings in the walls, and what stands across;
 //! - `flanks`: the side walls up to where they end;
 //! - [`outlook`]: which fitting that is, and how sure;
 //! - `outer_wall`, `outer_arc`: the wall that a bend turns along: its direction and place.
 
+mod change;
 mod features;
 mod flanks;
 mod outer_arc;
@@ -17,13 +19,14 @@ mod strip;
 
 use std::collections::VecDeque;
 
+pub use change::WallChange;
 pub use features::{Features, Opening};
 pub use flanks::Stretch;
 pub use outer_arc::OuterArc;
 pub use outer_wall::OuterWall;
 pub use outlook::{Fitting, Outlook, Side};
 pub use strip::DuctPlace;
-use strip::{Ray, Strip};
+use strip::{Ray, RayEnd, Strip};
 
 use crate::perception::side_walls::SideWalls;
 use crate::perception::{RangePoint, Upon};
@@ -35,10 +38,13 @@ const FARTHEST_M: f64 = 2.3;
 
 /// The side walls of the duct in which the robot is about at `place`, where they are straight, as one frame's ranges show them.
 pub fn side_walls(ranges: &[RangePoint], place: &DuctPlace, stretch: &Stretch) -> Option<SideWalls> {
-    let points = ranges.iter().filter(|range| range.upon != Upon::Floor).map(|range| [range.point_in_base.x, range.point_in_base.y]);
+    let points =
+        ranges.iter().filter(|range| range.upon == Upon::Upright).map(|range| [range.point_in_base.x, range.point_in_base.y]);
     flanks::find(points, place, stretch)
 }
 
+/// An inner wall that bends away is seen to end this far behind where it begins to bend, in metres, at most.
+const INNER_LATE_M: f64 = 0.3;
 /// An arc must explain this share of the points ...
 const LEAST_SHARE: f64 = 0.6;
 /// ... a straight wall this, ...
@@ -95,22 +101,30 @@ impl Ahead {
         let from = place.duct_from_base(self.camera_m[0], self.camera_m[1]);
         let mut kept = if self.points.len() == FRAMES { self.points.pop_front() } else { self.spare.pop() }.unwrap_or_default();
         kept.clear();
-        let rays = ranges.iter().filter_map(|range| {
+        let rays = ranges.iter().map(|range| {
             let point = range.point_in_base;
             let to = place.duct_from_base(point.x, point.y);
             let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
-            let on_floor = range.upon == Upon::Floor;
-            if dx * dx + dy * dy > FARTHEST_M * FARTHEST_M {
-                return None;
+            let range_m = (dx * dx + dy * dy).sqrt();
+            if range.upon == Upon::Nothing {
+                return Ray { from, to, end: RayEnd::NoFloor };
             }
-            if !on_floor {
+            if range.upon == Upon::Air {
+                return Ray { from, to, end: RayEnd::Beyond };
+            }
+            if range_m > FARTHEST_M {
+                let share = FARTHEST_M / range_m;
+                return Ray { from, to: [from[0] + share * dx, from[1] + share * dy], end: RayEnd::Beyond };
+            }
+            let end = if range.upon == Upon::Floor { RayEnd::Floor } else { RayEnd::Surface };
+            if end == RayEnd::Surface {
                 kept.push(to);
             }
-            Some(Ray { from, to, on_floor })
+            Ray { from, to, end }
         });
         self.strip.take(place, rays);
         self.points.push_back(kept);
-        self.outlook = self.watch.look(self.strip.features(place.along_m), place);
+        self.outlook = self.watch.look(self.strip.features(place.along_m, place.width_m / 2.0), place);
         &self.outlook
     }
 
@@ -119,11 +133,21 @@ impl Ahead {
         &self.outlook
     }
 
+    /// The arc that a bend to this side turns along, whose inner wall ends at `ends_m`, as it is known by now.
+    pub fn arc(&self, place: &DuctPlace, side: Side, ends_m: f64) -> Option<OuterArc> {
+        let opening = Opening { from_m: ends_m, to_m: None, open_to_m: ends_m };
+        let points = outer_wall::off_the_walls(self.points.iter().flatten().copied(), place, side, &opening);
+        outer_arc::find(&points, place, side, ends_m).filter(|arc| arc.share >= LEAST_SHARE)
+    }
+
     /// The wall that a bend to this side turns along, from the last frames' points: straight or an arc, whichever explains more of them.
-    pub fn outer(&self, place: &DuctPlace, side: Side, opening: &Opening) -> Option<Outer> {
+    /// Only an elbow has an arc.
+    pub fn outer(&self, place: &DuctPlace, fitting: Fitting, side: Side, opening: &Opening) -> Option<Outer> {
         let points = outer_wall::off_the_walls(self.points.iter().flatten().copied(), place, side, opening);
         let wall = outer_wall::find(&points, place, side, opening);
-        let arc = outer_arc::find(&points, place, side, opening.from_m).filter(|arc| arc.share >= LEAST_SHARE);
+        let arc = outer_arc::find(&points, place, side, opening.from_m).filter(|arc| {
+            fitting == Fitting::Elbow(side) && arc.share >= LEAST_SHARE && arc.start_m > opening.from_m - INNER_LATE_M
+        });
         match (wall, arc) {
             (Some(wall), Some(arc)) if arc.share > wall.share + ARC_BY => Some(Outer::Arc(arc)),
             (Some(wall), _) if wall.share >= LEAST_WALL_SHARE => Some(Outer::Wall(wall)),

@@ -89,8 +89,14 @@ pub(super) fn find(points: &[[f64; 2]], place: &DuctPlace, side: Side, ends_m: f
         own.iter().filter(is_own).count()
     };
     let square = explained(std::f64::consts::FRAC_PI_2);
-    let best = grid(TURNS_DEG).map(|turn| (explained(turn.to_radians()), turn)).max_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)))?;
-    let (count, turn) = if best.0 as f64 > BETTER * square as f64 { (best.0, best.1.to_radians()) } else { (square, std::f64::consts::FRAC_PI_2) };
+    let best = grid(TURNS_DEG)
+        .map(|turn| (explained(turn.to_radians()), turn))
+        .max_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)))?;
+    let (count, turn) = if best.0 as f64 > BETTER * square as f64 {
+        (best.0, best.1.to_radians())
+    } else {
+        (square, std::f64::consts::FRAC_PI_2)
+    };
     Some(OuterArc {
         start_m: start + ends_m,
         radius_m: radius,

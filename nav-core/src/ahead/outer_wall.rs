@@ -38,6 +38,8 @@ const NEAR_M: [f64; 3] = [0.05, 0.03, 0.025];
 const FEWEST: usize = 60;
 /// Points this far before the end of the near wall may still be of the outer one, in metres.
 const BEFORE_M: f64 = 0.3;
+/// A bend's outer wall is within so many widths of the end of the near wall, as far as it is in this duct.
+const BEHIND_WIDTHS: f64 = 2.5;
 /// Points this near the side wall's line are taken for it, in metres.
 const ON_SIDE_M: f64 = 0.04;
 
@@ -54,7 +56,10 @@ pub(super) fn off_the_walls(
         let on_far_side = (y + half_m).abs() < ON_SIDE_M;
         let on_near_side = (y - half_m).abs() < ON_SIDE_M && (*s < opening.from_m || opening.to_m.is_some_and(|to| *s > to));
         let before = y > half_m && *s < opening.from_m;
-        *s > opening.from_m - BEFORE_M && !on_far_side && !on_near_side && !before
+        // What stands in the duct behind the bend's own far side is another fitting's.
+        let beyond_m = opening.to_m.map_or(opening.from_m + BEHIND_WIDTHS * place.width_m, |to| to + ON_SIDE_M);
+        let behind = y.abs() < half_m && *s > beyond_m;
+        *s > opening.from_m - BEFORE_M && !on_far_side && !on_near_side && !before && !behind
     });
     own.collect()
 }
@@ -108,5 +113,12 @@ pub(super) fn find(points: &[[f64; 2]], place: &DuctPlace, side: Side, opening: 
     }
     let all = points.len();
     let (points, mean, rms_m) = fit;
-    Some(OuterWall { turn_rad: turn * sign, point_m: [mean[0], mean[1] * sign], width_m: off_m, points, rms_m, share: points as f64 / all as f64 })
+    Some(OuterWall {
+        turn_rad: turn * sign,
+        point_m: [mean[0], mean[1] * sign],
+        width_m: off_m,
+        points,
+        rms_m,
+        share: points as f64 / all as f64,
+    })
 }

@@ -27,6 +27,33 @@ pub(super) struct Flank {
     pub(super) closed: f64,
     /// Rays that passed through where it would be.
     pub(super) open: f64,
+    /// Where these ended: the least and the greatest place along the duct and offset from its middle, in metres.
+    pub(super) ends_m: Option<[[f64; 2]; 2]>,
+    /// Points on this side, off the middle half, wherever across: how many, the sum of their offsets from the middle, the least and the
+    /// greatest, in metres.
+    pub(super) points: f64,
+    pub(super) sum_m: f64,
+    pub(super) reach_m: [f64; 2],
+}
+
+impl Flank {
+    fn pass_through(&mut self, end_m: [f64; 2]) {
+        self.open += 1.0;
+        self.ends_m = Some(widened(self.ends_m, end_m.map(|at| [at; 2])));
+    }
+
+    fn note(&mut self, offset_m: f64) {
+        self.reach_m =
+            if self.points == 0.0 { [offset_m; 2] } else { [self.reach_m[0].min(offset_m), self.reach_m[1].max(offset_m)] };
+        self.points += 1.0;
+        self.sum_m += offset_m;
+    }
+}
+
+/// Ranges that hold both.
+pub(super) fn widened(ranges: Option<[[f64; 2]; 2]>, more: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
+    let Some(ranges) = ranges else { return more };
+    std::array::from_fn(|axis| [ranges[axis][0].min(more[axis][0]), ranges[axis][1].max(more[axis][1])])
 }
 
 /// The inside, as rays found it.
@@ -50,7 +77,7 @@ pub(super) struct Bin {
     /// Left and right.
     pub(super) flanks: [Flank; 2],
     pub(super) inside: Inside,
-    /// Rays of a laser that is to meet the floor here, and did or did not.
+    /// How often the middle of the floor was seen lit here, and how often it should have been and was not.
     pub(super) floor: [f64; 2],
 }
 
@@ -90,8 +117,21 @@ pub(super) struct Strip {
 pub(super) struct Ray {
     pub(super) from: [f64; 2],
     pub(super) to: [f64; 2],
-    /// Whether it ended on the floor.
-    pub(super) on_floor: bool,
+    /// On what it ended.
+    pub(super) end: RayEnd,
+}
+
+/// On what a ray ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum RayEnd {
+    /// The floor.
+    Floor,
+    /// Nothing, where the floor should be.
+    NoFloor,
+    /// Something else.
+    Surface,
+    /// Nothing so near: it was cut off here.
+    Beyond,
 }
 
 impl Strip {
@@ -156,26 +196,44 @@ impl Strip {
         }
     }
 
-    fn ray(&mut self, Ray { from, to, on_floor }: &Ray, half_m: f64, robot_m: f64) {
+    fn ray(&mut self, Ray { from, to, end }: &Ray, half_m: f64, robot_m: f64) {
+        if *end == RayEnd::NoFloor {
+            if to[1].abs() <= half_m / 2.0
+                && let Some(bin) = self.bin_mut(Self::number(to[0]))
+            {
+                bin.floor[1] += 1.0;
+            }
+            return;
+        }
         let (along, across) = (to[0] - from[0], to[1] - from[1]);
         let range_m = (along * along + across * across).sqrt();
         let on_wall_m = ON_WALL_M + ON_WALL_SHARE * range_m;
         let beyond_m = to[1].abs() - half_m;
         let side = usize::from(to[1] < 0.0);
+        if *end == RayEnd::Surface
+            && to[1].abs() > half_m / 2.0
+            && let Some(bin) = self.bin_mut(Self::number(to[0]))
+        {
+            bin.flanks[side].note(to[1].abs());
+        }
         // Where it leaves the duct's own strip, or ends in it.
         let mut leaves_m = to[0];
         if beyond_m > on_wall_m.max(THROUGH_M) {
             let share = (half_m.copysign(to[1]) - from[1]) / across;
             leaves_m = from[0] + share * along;
             if let Some(bin) = self.bin_mut(Self::number(leaves_m)) {
-                bin.flanks[side].open += 1.0;
+                bin.flanks[side].pass_through([to[0], to[1].abs()]);
             }
+        } else if *end == RayEnd::Beyond {
+            // It is free, and nothing more.
         } else if beyond_m > -on_wall_m {
             if let Some(bin) = self.bin_mut(Self::number(to[0])) {
                 bin.flanks[side].closed += 1.0;
             }
-        } else if *on_floor {
-            if let Some(bin) = self.bin_mut(Self::number(to[0])) {
+        } else if *end == RayEnd::Floor {
+            if to[1].abs() <= half_m / 2.0
+                && let Some(bin) = self.bin_mut(Self::number(to[0]))
+            {
                 bin.floor[0] += 1.0;
             }
         } else if let Some(bin) = self.bin_mut(Self::number(to[0])) {

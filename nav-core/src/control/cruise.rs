@@ -1,7 +1,7 @@
 //! One speed held and a yaw rate chosen, within the limits: what the laws without a moving target have in common.
 
-use super::{PathState, Twist};
 use super::limits::Limits;
+use super::{PathState, Twist};
 
 /// The speed to hold, the limits, and the motion that was last commanded.
 #[derive(Clone, Debug)]

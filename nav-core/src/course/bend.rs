@@ -18,8 +18,9 @@ pub struct Bend {
     pub outer_end_m: f64,
 }
 
-/// Walls count as straight up to this before they are not, in metres.
-const MARGIN_M: f64 = 0.03;
+/// Walls count as straight up to this before they are not, in metres: an arc leaves its tangent by little at first, and one that is only
+/// just off it turns the robot with it.
+const MARGIN_M: f64 = 0.15;
 /// Points this far off a wall's line are its own, in metres: before a bend the robot knows its place, behind it only by its wheels.
 const NEAR_BEFORE_M: f64 = 0.04;
 const NEAR_BEHIND_M: f64 = 0.08;
@@ -63,7 +64,7 @@ impl Bend {
 
     /// Where the walls of the entry duct are straight.
     pub fn straight_before(&self) -> Stretch {
-        let (inner, outer) = ([f64::NEG_INFINITY, self.start_m], [f64::NEG_INFINITY, self.outer_end_m - MARGIN_M]);
+        let (inner, outer) = ([f64::NEG_INFINITY, self.start_m - MARGIN_M], [f64::NEG_INFINITY, self.outer_end_m - MARGIN_M]);
         Stretch { along_m: if self.turn_rad > 0.0 { [inner, outer] } else { [outer, inner] }, near_m: NEAR_BEFORE_M }
     }
 
@@ -72,6 +73,11 @@ impl Bend {
         let back_m = if self.outer_end_m > self.start_m { -self.radius_m } else { 0.0 };
         let (inner, outer) = ([0.0, f64::INFINITY], [back_m, f64::INFINITY]);
         Stretch { along_m: if self.turn_rad > 0.0 { [inner, outer] } else { [outer, inner] }, near_m: NEAR_BEHIND_M }
+    }
+
+    /// Whether the walls themselves are arcs.
+    pub fn is_arc(&self) -> bool {
+        self.outer_end_m == self.start_m
     }
 
     /// Length of the arc, in metres.

@@ -1,14 +1,20 @@
 //! Where the robot is to go: along its duct, and at each fitting the way that its route names.
 //!
 //! - [`route`]: the ways to take;
-//! - [`bend`]: the path through a bend, and poses against it;
+//! - [`Mission`]: a route, or every branch;
+//! - [`bend`], [`taper`]: the path through a bend or a transition, and poses against it; [`passage`] is either;
+//! - [`Log`]: the ducts that were driven through;
 //! - [`Course`]: follows both, from duct to duct.
 //!
 //! A duct has coordinates of its own: along it, by odometry, and to the left of its middle. In the middle of a bend the robot changes over to
 //! those of the duct behind it. Until the walls of that duct are seen it goes by its wheels.
 
 pub mod bend;
+mod itinerary;
+mod log;
+pub mod passage;
 pub mod route;
+pub mod taper;
 
 use std::f64::consts::PI;
 
@@ -16,13 +22,18 @@ use crate::ahead::{Ahead, DuctPlace, Fitting, Outer, Outlook, Side, Stretch};
 use crate::control::Twist;
 use crate::perception::RangePoint;
 use bend::{Bend, OnPath};
+use itinerary::Itinerary;
+pub use itinerary::Mission;
+pub use log::{DuctRecord, Log};
+use passage::Passage;
 use route::Turn;
+use taper::Taper;
 
 /// Parameters of a course.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CourseParams {
-    /// Which way to take at each junction; where it is over, straight on.
-    pub route: Vec<Turn>,
+    /// Where to go.
+    pub mission: Mission,
     /// The robot's usual speed, in m/s.
     pub speed_m_s: f64,
     /// Largest yaw rate in a bend, in rad/s: the robot slows down to it.
@@ -31,6 +42,8 @@ pub struct CourseParams {
     pub braking_m_s2: f64,
     /// Room that it leaves between its origin and a wall ahead, in metres.
     pub stand_off_m: f64,
+    /// The same where it is to turn back, in metres: enough to turn on the spot.
+    pub turn_back_m: f64,
     /// Where the camera is in the base frame: ahead and to the left, in metres.
     pub camera_m: [f64; 2],
 }
@@ -38,11 +51,12 @@ pub struct CourseParams {
 impl Default for CourseParams {
     fn default() -> Self {
         Self {
-            route: Vec::new(),
+            mission: Mission::Route(Vec::new()),
             speed_m_s: 0.3,
             turn_rate_rad_s: 0.7,
             braking_m_s2: 0.15,
             stand_off_m: 0.25,
+            turn_back_m: 0.3,
             camera_m: [0.12, 0.0],
         }
     }
@@ -54,10 +68,17 @@ const BELIEVED_SHARE: f64 = 0.25;
 const OVER_M: f64 = 0.1;
 /// What the wheels leave in doubt of a bend: share of its angle, and of its lateral place, in metres.
 const TURN_DOUBT: f64 = 0.05;
+/// And what is in doubt of its heading without any turn, in radians.
+const HEADING_DOUBT_RAD: f64 = 0.005;
 const LATERAL_DOUBT_M: f64 = 0.03;
 const WIDTH_DOUBT_M: f64 = 0.02;
 /// Beside the robot no wall is seen: before a bend it goes by its wheels from here on, in metres.
-const BLIND_M: f64 = 0.5;
+const BLIND_M: f64 = 0.85;
+/// An arc's angle is settled behind this share of it; before, one of about the same radius, by this share, may have another.
+const SETTLED_SHARE: f64 = 0.4;
+const SAME_RADIUS_SHARE: f64 = 0.15;
+/// An opening that begins so far behind the robot's origin is passed, in metres.
+const MISSED_M: f64 = 0.05;
 /// A bend is looked for from this far before its beginning, in metres.
 const PLANNED_M: f64 = 1.5;
 /// Past a junction points this far off a wall's line are its own, in metres.
@@ -66,6 +87,8 @@ const PASSING_NEAR_M: f64 = 0.04;
 const AT_REST_M: f64 = 0.02;
 /// Slowest speed towards where it is to stand, in m/s.
 const CREEP_M_S: f64 = 0.03;
+/// Walls count as straight up to this before an opening, in metres.
+const OPEN_MARGIN_M: f64 = 0.05;
 /// It has turned round when so little is left, in radians, and brakes so hard towards it, in rad/s2.
 const ROUND_RAD: f64 = 0.03;
 const ROUND_BRAKING_RAD_S2: f64 = 0.5;
@@ -79,9 +102,9 @@ enum Phase {
     #[default]
     Along,
     /// In a bend, still in the coordinates of the duct before it.
-    Entering(Bend),
+    Entering(Passage),
     /// In a bend, in the coordinates of the duct behind it.
-    Leaving(Bend),
+    Leaving(Passage),
     /// Turning round on the spot.
     TurningRound,
     /// Standing at the end of its route.
@@ -95,10 +118,20 @@ pub enum End {
     Route,
     /// The duct ends, and its route says nothing of it.
     DeadEnd,
+    /// Something stands in the way.
+    Obstacle,
+    /// The floor ends.
+    Drop,
     /// It does not know how the duct goes on.
     Unknown,
     /// The way that its route names is not there.
     NoSuchWay,
+}
+
+/// Where the robot cannot go on, in metres along the duct: what stands across, or where the floor ends.
+fn blocked_m(outlook: &Outlook) -> Option<f64> {
+    let features = &outlook.features;
+    features.across_m.into_iter().chain(features.drop_m).min_by(f64::total_cmp)
 }
 
 /// That the robot has come into another duct: where it stands there, each figure with its deviation.
@@ -130,15 +163,17 @@ pub struct Course {
     ahead: Ahead,
     phase: Phase,
     /// The bend that lies ahead, as planned by the last frames.
-    planned: Option<Bend>,
-    /// Next turn of the route.
-    next: usize,
+    planned: Option<Passage>,
+    itinerary: Itinerary,
+    log: Log,
     /// A junction that is passed straight through: where its left and its right wall are open, in metres along the duct.
     passing: [Option<[f64; 2]>; 2],
     /// Along the duct, in metres.
     along_m: f64,
     /// Way along the path up to this duct's coordinate zero, in metres.
     before_m: f64,
+    /// The fitting that the robot is about to go through, goes through, or went through last.
+    taken: Fitting,
     /// Junctions taken.
     junctions: u32,
 }
@@ -148,20 +183,32 @@ impl Course {
     pub fn new(params: CourseParams) -> Self {
         Self {
             ahead: Ahead::new(params.camera_m),
-            params,
             phase: Phase::Along,
             planned: None,
-            next: 0,
+            itinerary: Itinerary::new(params.mission.clone()),
+            log: Log::default(),
             passing: [None; 2],
             along_m: 0.0,
             before_m: 0.0,
+            taken: Fitting::Unknown,
             junctions: 0,
+            params,
         }
     }
 
     /// What is seen ahead.
     pub fn outlook(&self) -> &Outlook {
         self.ahead.outlook()
+    }
+
+    /// What was driven through.
+    pub fn log(&self) -> &Log {
+        &self.log
+    }
+
+    /// A pose in the present duct (lateral offset and heading), in the frame of the first duct: along it, to its left, heading.
+    pub fn first_from_base(&self, lateral_m: f64, heading_rad: f64) -> [f64; 3] {
+        self.log.first_from([self.along_m, lateral_m, heading_rad])
     }
 
     /// Junctions taken so far.
@@ -180,26 +227,42 @@ impl Course {
     /// Whether it is in a bend or right before it, where walls are lost and found: there it may go by its wheels.
     pub fn goes_by_wheels(&self) -> bool {
         self.phase != Phase::Along
-            || self.planned.is_some_and(|bend| bend.start_m - self.along_m < BLIND_M)
+            || self.planned.is_some_and(|bend| bend.start_m() - self.along_m < BLIND_M)
+            || self.next_m().is_some_and(|at_m| at_m - self.along_m < BLIND_M)
             || self.passing.iter().flatten().any(|[from_m, to_m]| (from_m - BLIND_M..=*to_m).contains(&self.along_m))
     }
 
     /// Whether a bend is so near that its walls may be taken for the duct's.
     pub fn is_near_bend(&self) -> bool {
-        self.phase != Phase::Along || self.planned.is_some_and(|bend| bend.start_m - self.along_m < PLANNED_M)
+        self.phase != Phase::Along || self.planned.is_some_and(|bend| bend.start_m() - self.along_m < PLANNED_M)
     }
 
     /// Where the walls of its duct may be believed to be straight, before and behind a bend; `None` elsewhere.
     pub fn straight(&self) -> Option<Stretch> {
         match self.phase {
-            Phase::Along => match self.planned.filter(|bend| bend.start_m - self.along_m < PLANNED_M) {
+            Phase::Along => match self.planned.filter(|bend| bend.start_m() - self.along_m < PLANNED_M) {
                 Some(bend) => Some(bend.straight_before()),
-                None => self.passing.iter().any(Option::is_some).then(|| self.straight_past()),
+                None if self.passing.iter().any(Option::is_some) => Some(self.straight_past()),
+                None => self.straight_to(),
             },
             Phase::Entering(bend) => Some(bend.straight_before()),
             Phase::Leaving(bend) => Some(bend.straight_behind()),
             Phase::TurningRound | Phase::AtTheEnd(_) => None,
         }
+    }
+
+    /// Up to what is seen ahead, whatever it is, where that is near.
+    fn straight_to(&self) -> Option<Stretch> {
+        let end_m = self.next_m().filter(|at_m| at_m - self.along_m < PLANNED_M)? - OPEN_MARGIN_M;
+        Some(Stretch { along_m: [[f64::NEG_INFINITY, end_m]; 2], near_m: PASSING_NEAR_M })
+    }
+
+    /// Where the duct is seen to end being a straight one, in metres along it.
+    fn next_m(&self) -> Option<f64> {
+        let features = &self.ahead.outlook().features;
+        let openings = features.openings.iter().flatten().map(|opening| opening.from_m);
+        let doubtful = features.doubtful_m.iter().flatten().copied();
+        openings.chain(doubtful).chain(features.across_m).chain(features.drop_m).min_by(f64::total_cmp)
     }
 
     /// Past a junction a wall counts on the side of its opening that is not behind the camera's first sight of it.
@@ -228,8 +291,9 @@ impl Course {
         match self.phase {
             Phase::Along => true,
             Phase::TurningRound | Phase::AtTheEnd(_) => false,
-            Phase::Entering(bend) => heading_rad.abs() < BELIEVED_SHARE * bend.turn_rad.abs(),
-            Phase::Leaving(bend) => heading_rad.abs() < 2.0 * BELIEVED_SHARE * bend.turn_rad.abs(),
+            Phase::Entering(Passage::Taper(_)) | Phase::Leaving(Passage::Taper(_)) => true,
+            Phase::Entering(bend) => heading_rad.abs() < BELIEVED_SHARE * bend.turn_rad().abs(),
+            Phase::Leaving(bend) => heading_rad.abs() < 2.0 * BELIEVED_SHARE * bend.turn_rad().abs(),
         }
     }
 
@@ -240,8 +304,12 @@ impl Course {
         }
         let pose = [place.along_m, place.lateral_m, place.heading_rad];
         match self.phase {
-            Phase::Along => self.plan(place),
+            Phase::Along => {
+                self.log.measured(place.width_m);
+                self.plan(place);
+            }
             Phase::Entering(bend) => {
+                let bend = self.looked_round(bend, place);
                 let way_m = bend.project(pose).way_m;
                 return (way_m > bend.length_m() / 2.0).then(|| self.change_over(bend, pose));
             }
@@ -255,14 +323,31 @@ impl Course {
         None
     }
 
+    /// How far round an arc goes is only seen on the way: until its first part is behind the robot, its angle follows what is seen.
+    fn looked_round(&mut self, passage: Passage, place: &DuctPlace) -> Passage {
+        let Passage::Bend(mut bend) = passage else { return passage };
+        let way_m = bend.project([place.along_m, place.lateral_m, place.heading_rad]).way_m;
+        let side = if bend.turn_rad > 0.0 { Side::Left } else { Side::Right };
+        if bend.is_arc()
+            && way_m < SETTLED_SHARE * bend.length_m()
+            && let Some(arc) = self.ahead.arc(place, side, bend.start_m)
+            && (arc.radius_m - place.width_m / 2.0 - bend.radius_m).abs() < SAME_RADIUS_SHARE * bend.radius_m
+        {
+            bend.turn_rad = arc.turn_rad;
+            self.phase = Phase::Entering(Passage::Bend(bend));
+        }
+        Passage::Bend(bend)
+    }
+
     /// The same duct, the other way.
     fn turned_round(&mut self, place: &DuctPlace) -> Entered {
         self.before_m += self.along_m;
+        self.log.turned_round(self.along_m, place.width_m);
         self.along_m = 0.0;
         self.phase = Phase::Along;
         self.planned = None;
         self.passing = [None; 2];
-        self.next += 1;
+        self.itinerary.took(Fitting::DeadEnd);
         self.ahead.enter();
         Entered {
             lateral_m: [-place.lateral_m, LATERAL_DOUBT_M],
@@ -272,17 +357,18 @@ impl Course {
     }
 
     /// From the entry's coordinates to the exit's.
-    fn change_over(&mut self, bend: Bend, pose: [f64; 3]) -> Entered {
+    fn change_over(&mut self, bend: Passage, pose: [f64; 3]) -> Entered {
         let [along_m, lateral_m, heading_rad] = bend.exit_from_entry(pose);
-        self.before_m += bend.start_m + bend.length_m();
+        self.before_m += bend.start_m() + bend.length_m();
+        self.log.left_by(self.taken, &bend, along_m);
         self.along_m = along_m;
         self.phase = Phase::Leaving(bend);
         self.passing = [None; 2];
         self.ahead.enter();
         Entered {
             lateral_m: [lateral_m, LATERAL_DOUBT_M],
-            heading_rad: [heading_rad, TURN_DOUBT * bend.turn_rad.abs()],
-            width_m: [bend.exit_width_m, WIDTH_DOUBT_M],
+            heading_rad: [heading_rad, TURN_DOUBT * bend.turn_rad().abs() + HEADING_DOUBT_RAD],
+            width_m: [bend.exit_width_m(), WIDTH_DOUBT_M],
         }
     }
 
@@ -295,7 +381,7 @@ impl Course {
             }
             return;
         }
-        let turn = self.params.route.get(self.next).copied();
+        let turn = self.itinerary.turn(outlook.fitting);
         match (outlook.fitting, turn) {
             (Fitting::Elbow(side), _) => self.plan_bend(place, &outlook, side),
             (Fitting::Branch(Side::Left) | Fitting::Cross | Fitting::BullheadTee, Some(Turn::Left)) => {
@@ -304,29 +390,45 @@ impl Course {
             (Fitting::Branch(Side::Right) | Fitting::Cross | Fitting::BullheadTee, Some(Turn::Right)) => {
                 self.plan_bend(place, &outlook, Side::Right);
             }
+            (Fitting::Transition, _) => {
+                self.planned = Taper::between(place.width_m, &outlook.features.changes).map(Passage::Taper);
+                self.taken = Fitting::Transition;
+            }
             (Fitting::Branch(_) | Fitting::Cross, None | Some(Turn::Straight)) => self.pass(&outlook, place),
             _ => {}
         }
+        // A way that was named and is passed by now was not found.
+        let is_missed = |side: Side| outlook.features.openings[side.index()].is_some_and(|o| self.along_m > o.from_m + MISSED_M);
+        let missed = match turn {
+            Some(Turn::Left) => is_missed(Side::Left),
+            Some(Turn::Right) => is_missed(Side::Right),
+            _ => false,
+        };
+        if self.planned.is_none() && missed {
+            self.phase = Phase::AtTheEnd(End::NoSuchWay);
+        }
         if let Some(bend) = self.planned {
-            if self.along_m > bend.start_m - COMMITTED_M {
-                if !matches!(outlook.fitting, Fitting::Elbow(_)) {
-                    self.take_turn();
+            if self.along_m > bend.start_m() - COMMITTED_M {
+                if self.itinerary.has_say(self.taken) {
+                    self.take_turn(self.taken);
                 }
                 self.phase = Phase::Entering(bend);
             }
-        } else if outlook.features.across_m.is_some_and(|at_m| self.along_m >= at_m - self.params.stand_off_m - AT_REST_M) {
+        } else if blocked_m(&outlook).is_some_and(|at_m| self.along_m >= at_m - self.room_m() - AT_REST_M) {
             self.phase = match (outlook.fitting, turn) {
-                (Fitting::DeadEnd, Some(Turn::TurnBack)) => Phase::TurningRound,
+                (Fitting::DeadEnd | Fitting::Drop | Fitting::Obstacle, Some(Turn::TurnBack)) => Phase::TurningRound,
                 (_, Some(Turn::Stop)) => Phase::AtTheEnd(End::Route),
                 (Fitting::DeadEnd, None) => Phase::AtTheEnd(End::DeadEnd),
+                (Fitting::Drop, _) => Phase::AtTheEnd(End::Drop),
+                (Fitting::Obstacle, _) => Phase::AtTheEnd(End::Obstacle),
                 (Fitting::Unknown, _) => Phase::AtTheEnd(End::Unknown),
                 _ => Phase::AtTheEnd(End::NoSuchWay),
             };
         }
     }
 
-    fn take_turn(&mut self) {
-        self.next += 1;
+    fn take_turn(&mut self, fitting: Fitting) {
+        self.itinerary.took(fitting);
         self.junctions += 1;
     }
 
@@ -336,11 +438,16 @@ impl Course {
             return;
         }
         let Some(opening) = outlook.features.openings[side.index()] else { return };
-        if let Some(outer) = self.ahead.outer(place, side, &opening) {
-            self.planned = Some(match outer {
-                Outer::Wall(wall) => Bend::along(&wall, place.width_m),
-                Outer::Arc(arc) => Bend::within(&arc, place.width_m),
-            });
+        if let Some(outer) = self.ahead.outer(place, outlook.fitting, side, &opening) {
+            let bend = match outer {
+                Outer::Wall(wall) => Passage::Bend(Bend::along(&wall, place.width_m)),
+                Outer::Arc(arc) => Passage::Bend(Bend::within(&arc, place.width_m)),
+            };
+            // One that would have begun already is none.
+            if bend.start_m() > self.along_m - COMMITTED_M {
+                self.taken = outlook.fitting;
+                self.planned = Some(bend);
+            }
         }
     }
 
@@ -350,15 +457,17 @@ impl Course {
             return;
         }
         self.passing = outlook.features.openings.map(|open| open.map(|o| [o.from_m, o.to_m.unwrap_or(o.from_m + place.width_m)]));
-        self.take_turn();
+        self.take_turn(outlook.fitting);
     }
 
     /// The path where the robot will be: `along_m` farther along its duct than now.
     pub fn path(&self, along_m: f64, lateral_m: f64, heading_rad: f64) -> PathHere {
         let pose = [self.along_m + along_m, lateral_m, heading_rad];
         let (on_path, origin_m) = match self.phase {
-            Phase::Along | Phase::TurningRound | Phase::AtTheEnd(_) => (OnPath { way_m: pose[0], lateral_m, heading_rad, curvature_1_m: 0.0 }, 0.0),
-            Phase::Entering(bend) => (bend.project(pose), bend.start_m),
+            Phase::Along | Phase::TurningRound | Phase::AtTheEnd(_) => {
+                (OnPath { way_m: pose[0], lateral_m, heading_rad, curvature_1_m: 0.0 }, 0.0)
+            }
+            Phase::Entering(bend) => (bend.project(pose), bend.start_m()),
             Phase::Leaving(bend) => (bend.project(bend.entry_from_exit(pose)), -bend.length_m()),
         };
         let travelled_m = self.before_m + origin_m + on_path.way_m;
@@ -379,20 +488,28 @@ impl Course {
         }
     }
 
+    /// Room to leave between the robot's origin and what it cannot pass, in metres.
+    fn room_m(&self) -> f64 {
+        match self.itinerary.turn(self.ahead.outlook().fitting) {
+            Some(Turn::TurnBack) => self.params.turn_back_m,
+            _ => self.params.stand_off_m,
+        }
+    }
+
     /// By which share to be slower than usual: as bends and ends ask for.
     fn slowing(&self) -> f64 {
-        let CourseParams { speed_m_s, turn_rate_rad_s, braking_m_s2, stand_off_m, .. } = self.params;
-        let in_bend = |bend: &Bend| (turn_rate_rad_s * bend.radius_m).min(speed_m_s);
+        let CourseParams { speed_m_s, turn_rate_rad_s, braking_m_s2, .. } = self.params;
+        let in_bend = |bend: &Passage| (turn_rate_rad_s * bend.radius_m()).min(speed_m_s);
         // The speed from which it can brake to `then` over what is left.
         let before = |left_m: f64, then: f64| (then * then + 2.0 * braking_m_s2 * left_m.max(0.0)).sqrt();
         let mut most = speed_m_s;
         match (&self.phase, &self.planned) {
             (Phase::Entering(bend) | Phase::Leaving(bend), _) => most = most.min(in_bend(bend)),
-            (Phase::Along, Some(bend)) => most = most.min(before(bend.start_m - self.along_m - 0.05, in_bend(bend))),
+            (Phase::Along, Some(bend)) => most = most.min(before(bend.start_m() - self.along_m - 0.05, in_bend(bend))),
             (Phase::TurningRound | Phase::AtTheEnd(_), _) => most = 0.0,
             (Phase::Along, None) => {
-                if let Some(at_m) = self.ahead.outlook().features.across_m {
-                    most = most.min(before(at_m - stand_off_m - self.along_m, CREEP_M_S));
+                if let Some(at_m) = blocked_m(self.ahead.outlook()) {
+                    most = most.min(before(at_m - self.room_m() - self.along_m, CREEP_M_S));
                 }
             }
         }

@@ -180,6 +180,10 @@ pub enum Upon {
     Floor,
     /// Whatever is not the floor: walls, mostly.
     Upright,
+    /// Nothing up to here: another laser is seen on the floor in the same direction, and this one would be seen on anything nearer.
+    Air,
+    /// Nothing: here the floor should be lit, in sight of the camera, and is not.
+    Nothing,
 }
 
 /// A point that a laser lights, whatever it is on.

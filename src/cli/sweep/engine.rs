@@ -62,6 +62,8 @@ trait Job {
     fn cancel(&mut self);
     /// Where they say what went wrong.
     fn logs(&self) -> String;
+    /// Whether an earlier call started them.
+    fn is_inherited(&self) -> bool;
 }
 
 impl Engine {
@@ -118,20 +120,27 @@ impl Engine {
         let program =
             std::env::current_exe().map_err(|error| Problem::new(Problem::CANNOT_GO_ON, format!("this program: {error}")))?;
         let order = Order { plan, place: store.place(), desk: &desk, program, shards: nodes.min(plan.points), threads };
-        let mut job: Box<dyn Job> = match self {
-            Self::Slurm(slurm) => Box::new(slurm.submit(&order, saying.quiet)?),
-            Self::Ray(ray) => Box::new(ray.submit(&order)?),
+        let mut done = before.rows.len() as u64;
+        let (missing, logs) = loop {
+            let mut job: Box<dyn Job> = match self {
+                Self::Slurm(slurm) => Box::new(slurm.submit(&order, saying.quiet)?),
+                Self::Ray(ray) => Box::new(ray.submit(&order)?),
+            };
+            if !follow(job.as_mut(), plan, store, done, saying) {
+                return Ok(false);
+            }
+            let after = Table::read(plan, store).map_err(|error| lost(&error))?;
+            if after.missing == 0 {
+                return Ok(true);
+            }
+            if !job.is_inherited() {
+                break (after.missing, job.logs());
+            }
+            // It may have been about to end, cancelled by an earlier call's Ctrl-C.
+            note(&format!("the earlier call's job has ended, and {} of {} cases are not done", after.missing, plan.cases));
+            done = after.rows.len() as u64;
         };
-        let done = before.rows.len() as u64;
-        if !follow(job.as_mut(), plan, store, done, saying) {
-            return Ok(false);
-        }
-        let after = Table::read(plan, store).map_err(|error| lost(&error))?;
-        if after.missing == 0 {
-            return Ok(true);
-        }
-        let message =
-            format!("the jobs have ended, and {} of {} cases are not done; {} says why", after.missing, plan.cases, job.logs());
+        let message = format!("the jobs have ended, and {missing} of {} cases are not done; {logs} says why", plan.cases);
         Err(Problem::new(Problem::CANNOT_GO_ON, message).about(store.place()).help(format!(
             "the same call runs what is missing; `ductloop sweep work {}` does so on this machine alone",
             quoted(store.place())

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use ductloop::engine::Threads;
 use ductloop::output::folder_name;
-use ductloop::sweep::ledger::Damaged;
+use ductloop::sweep::ledger::{self, Damaged};
 use ductloop::sweep::plan::{Plan, PlanError};
 use ductloop::sweep::store::{Store, StoreError};
 use ductloop::sweep::table::{self, Table};
@@ -124,6 +124,7 @@ pub(super) fn merge(args: &MergeArgs) -> Result<u8, Problem> {
             .about(args.place.place.clone())
             .help(format!("`ductloop sweep work {}` does them; `--partial` merges what is there", args.place.place)));
     }
+    ledger::tidy(&store);
     verdict::conclude(&plan, &store, &table, args.place.saying)
 }
 

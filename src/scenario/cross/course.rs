@@ -75,11 +75,12 @@ impl Cross<'_> {
         if !self.checked.is_sound(&["robot", "duct"]) {
             return;
         }
-        let (robot, duct, start) = (&self.scenario.robot, &self.scenario.duct, self.scenario.start);
+        let (robot, start) = (&self.scenario.robot, self.scenario.start);
+        let [width_m, height_m] = network.centreline.section_at_m(start.distance_m);
         let turn = rotation_about_z(start.heading_rad);
         let base_from_plan = Transform::from_parts(Translation3::new(0.0, start.lateral_m, 0.0), turn.into());
         let world_from_plan = network.centreline.pose_at(start.distance_m) * base_from_plan;
-        let outline: Vec<_> = outline(robot).into_iter().map(|[x, y]| Point3::new(x, y, duct.height_m / 2.0)).collect();
+        let outline: Vec<_> = outline(robot).into_iter().map(|[x, y]| Point3::new(x, y, height_m / 2.0)).collect();
         let outside = |p: &&Point3<f64>| network.cell_at(&(world_from_plan * **p), 0).is_none();
         if outline.iter().find(outside).is_none() {
             return;
@@ -88,14 +89,14 @@ impl Cross<'_> {
         let reach = |axis: usize| outline.iter().map(move |p| (base_from_plan.rotation * p)[axis]);
         let rear_m = reach(0).fold(0.0, f64::min);
         let (right_m, left_m) = reach(1).fold((0.0, 0.0), |(low, high), y| (f64::min(low, y), f64::max(high, y)));
-        let half_m = duct.width_m / 2.0;
+        let half_m = width_m / 2.0;
         if start.distance_m + rear_m < 0.0 {
             self.wrong(
                 &["start.distance_m", "start"],
                 format!("at the start, {} m along the duct, the robot's rear is outside", start.distance_m),
                 format!("{:.3} m or more", up_mm(-rear_m)),
             );
-        } else if left_m - right_m > duct.width_m {
+        } else if left_m - right_m > width_m {
             self.wrong(
                 &["start.heading_deg", "start"],
                 "at the start the robot touches a wall, wherever between them it stands".to_owned(),

@@ -16,13 +16,16 @@ impl Cross<'_> {
     pub(super) fn beads(&mut self) {
         let duct = &self.scenario.duct;
         let paths = ["duct.bead_mm", "duct.bead_width_mm", "duct.run", "duct.width_m"];
-        if duct.bead_m == 0.0 || duct.run.len() < 2 || !self.checked.is_sound(&paths) {
+        if duct.bead_m == 0.0 || duct.run.len() + duct.branches.len() < 2 || !self.checked.is_sound(&paths) {
             return;
         }
         let lengths_m = duct.fittings().into_iter().map(|fitting| fitting.length_m());
-        let Some((index, length_m)) = lengths_m.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)) else { return };
+        // Without a way straight on it is as long as its branches are wide, which is checked with them.
+        let lengths_m = lengths_m.enumerate().filter(|(_, length_m)| *length_m > 0.0);
+        let Some((index, length_m)) = lengths_m.min_by(|a, b| a.1.total_cmp(&b.1)) else { return };
         if duct.bead_width_m > length_m {
-            let message = format!("flange beads {} mm wide are wider than `duct.run[{index}]` is long", duct.bead_width_m * 1e3);
+            let path = duct.layout().ok().and_then(|layout| layout.paths.get(index).cloned()).unwrap_or_default();
+            let message = format!("flange beads {} mm wide are wider than `{path}` is long", duct.bead_width_m * 1e3);
             let help = format!("{:.3} mm or less, or a longer fitting", libm::floor(length_m * 1e6) / 1e3);
             self.wrong(&["duct.bead_width_mm", "duct.bead_mm"], message, help);
         }
@@ -82,27 +85,28 @@ impl Cross<'_> {
                 let message = format!("{} stands at {} m, but the duct ends at {length_m:.3} m", called(i, object), object.at_m);
                 self.wrong_at(&path("at_m"), message, "a distance within the duct".to_owned());
             } else if !network.encloses(&object.solid(&network.centreline)) {
-                let (key, help) = self.room(object, length_m);
+                let (key, help) = Self::room(network, object);
                 self.wrong_at(&path(key), format!("{} reaches out of the duct", called(i, object)), help);
             }
         }
     }
 
     /// Where an object that is not inside would be: the key to change, and to what.
-    fn room(&self, object: &Object, length_m: f64) -> (&'static str, String) {
-        let duct = &self.scenario.duct;
+    fn room(network: &Network, object: &Object) -> (&'static str, String) {
+        let [width_m, height_m] = network.centreline.section_at_m(object.at_m);
+        let length_m = network.centreline.length_m();
         let ObjectShape::Box { size_m: [along_m, across_m, high_m] } = object.shape;
         let (sin, cos) = libm::sincos(object.turned_rad);
         let half = |a: f64, b: f64| (a * cos.abs() + b * sin.abs()) / 2.0;
         let (ahead_m, aside_m) = (half(along_m, across_m), half(across_m, along_m));
-        let free_m = duct.width_m / 2.0 - aside_m;
+        let free_m = width_m / 2.0 - aside_m;
         let last_m = length_m - ahead_m;
-        if high_m > duct.height_m {
-            ("size_m", format!("upright at most {} m, the duct's height", duct.height_m))
-        } else if object.above_m + high_m > duct.height_m {
-            ("above_m", format!("{:.3} or less: the duct is {} m high", -up_mm(high_m - duct.height_m), duct.height_m))
+        if high_m > height_m {
+            ("size_m", format!("upright at most {height_m} m, the duct's height"))
+        } else if object.above_m + high_m > height_m {
+            ("above_m", format!("{:.3} or less: the duct is {height_m} m high", -up_mm(high_m - height_m)))
         } else if free_m < 0.0 {
-            ("size_m", format!("so turned it is {:.3} m wide, and the duct is {} m wide", 2.0 * aside_m, duct.width_m))
+            ("size_m", format!("so turned it is {:.3} m wide, and the duct is {width_m} m wide", 2.0 * aside_m))
         } else if object.left_m.abs() > free_m {
             ("left_m", format!("in a straight it may be {:.3} to {:.3}", up_mm(-free_m), -up_mm(-free_m)))
         } else if !(ahead_m..=last_m).contains(&object.at_m) && ahead_m <= last_m {

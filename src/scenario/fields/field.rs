@@ -81,6 +81,8 @@ pub enum Kind {
     Flag,
     /// One of these words.
     Word(&'static [&'static str]),
+    /// Any number of these words.
+    Words(&'static [&'static str]),
     /// A name: letters, digits, `-` and `_`, at most 64.
     Name,
     /// Any text.

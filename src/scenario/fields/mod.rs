@@ -10,6 +10,7 @@ mod duct;
 mod estimation;
 mod fault;
 mod field;
+mod fitting;
 mod general;
 mod imager;
 mod koh_cho;
@@ -35,6 +36,7 @@ pub use scale::Scale;
 pub(super) use field::Slot;
 pub(super) use shape::{Shape, TableShape, root};
 
+pub(super) use fitting::end;
 pub(super) use general::{FORMAT, KIND};
 /// A table of the file.
 #[derive(Clone, Copy, Debug)]
@@ -79,7 +81,9 @@ pub fn tables() -> impl Iterator<Item = &'static TableRow> {
         laws::TABLES,
         estimation::TABLES,
         duct::TABLES,
+        fitting::TABLES,
         object::TABLES,
+        fitting::ROUTE_TABLES,
         course::TABLES,
         fault::TABLES,
         pass::TABLES,
@@ -108,7 +112,12 @@ pub fn fields() -> impl Iterator<Item = &'static Field> {
         laws::FIELDS,
         estimation::FIELDS,
         duct::FIELDS,
+        fitting::RUN_FIELDS,
+        fitting::RANDOM_FIELDS,
+        fitting::BRANCH_FIELDS,
+        fitting::BRANCH_RUN_FIELDS,
         object::FIELDS,
+        fitting::ROUTE_FIELDS,
         course::FIELDS,
         fault::FIELDS,
         pass::FIELDS,

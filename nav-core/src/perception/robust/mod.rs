@@ -34,6 +34,7 @@ mod view;
 
 use nalgebra::Vector3;
 
+use super::scan::Across;
 use super::wall_plane::WallPlane;
 use super::{Measurement, Perception, RangePoint, SeenPlane, Stages, StripeCentre, StripeLine, Wall};
 use crate::messages::Frame;
@@ -331,7 +332,17 @@ impl Perception for RobustPerception {
             }
         }
         self.show_rest();
-        self.ranger.find(&self.ridges, self.chains.before(), &self.projector, &upright, self.params.range_m, &mut self.ranges);
+        // Slits that stand upright show a wall at one place along it, and no plan.
+        if self.projector.across == Across::V {
+            self.ranger.find(
+                &self.ridges,
+                self.chains.before(),
+                &self.projector,
+                &upright,
+                self.params.range_m,
+                &mut self.ranges,
+            );
+        }
         duct_pose::measure(&self.walls, &upright, self.params.duct_width_m)
     }
 

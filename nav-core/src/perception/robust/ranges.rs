@@ -34,12 +34,19 @@ const BREAKS: f64 = 0.7;
 /// turn away from each other there.
 const EXCHANGED: f64 = 4.0;
 /// A point within this of the floor's height lies on it, in metres.
-const FLOOR_M: f64 = 0.01;
+const FLOOR_M: f64 = 0.02;
 /// Light from below the floor is none of this duct's, unless there is a hole.
 const BELOW_M: f64 = -0.02;
 /// Two ranges agree within this, in metres, and this times the square of the range, per metre: 0.2 px of a base of 60 mm and 380 px.
 const AGREE_M: f64 = 0.01;
 const AGREE_1_M: f64 = 0.02;
+/// Anything nearer ahead than this would be seen, in metres.
+const AIR_M: f64 = 1.8;
+/// Stripes touch where they are nearer than this, in pixels, over no more blocks than these in which they cannot be told apart.
+const TOUCH_PX: f64 = 12.0;
+const TOUCH_BLOCKS: usize = 14;
+/// A floor farther than this is too faint to be missed, in metres.
+const FLOOR_WITHIN_M: f64 = 1.6;
 /// A stripe goes on if its row changes by less than this from a block to the next, in pixels.
 const GOES_ON_PX: f64 = 4.0;
 /// A stripe shorter than this many blocks is noise.
@@ -48,6 +55,7 @@ const FEWEST_BLOCKS: usize = 4;
 /// A ridge taken for a laser.
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
+    laser: usize,
     ridge: usize,
     point: Point3<f64>,
     range_m: f64,
@@ -100,12 +108,25 @@ impl Ranger {
             first = last;
         }
         self.trace();
+        self.uncross(ridges);
         let lasers = projector.lasers.len().min(MOST_LASERS);
-        (0..lasers).for_each(|laser| self.stripes(laser, ridges, points));
+        for laser in 0..lasers {
+            self.stripes(laser, ridges, points);
+            self.unlit_floor(laser, projector, upright, points);
+            self.open_air(laser, projector, upright, points);
+        }
     }
 
     /// What the lasers may take in one block, and the best way to each of these choices from the blocks before.
-    fn block(&mut self, here: std::ops::Range<usize>, ridges: &[Ridge], chained: &[u32], projector: &Projector, upright: &Upright, range_m: [f64; 2]) {
+    fn block(
+        &mut self,
+        here: std::ops::Range<usize>,
+        ridges: &[Ridge],
+        chained: &[u32],
+        projector: &Projector,
+        upright: &Upright,
+        range_m: [f64; 2],
+    ) {
         let lasers = projector.lasers.len().min(MOST_LASERS);
         let mut of_laser: [std::ops::Range<usize>; MOST_LASERS] = std::array::from_fn(|_| 0..0);
         for (laser, own) in of_laser.iter_mut().enumerate().take(lasers) {
@@ -197,7 +218,8 @@ impl Ranger {
             }
             (choice.total, choice.before) = (best.0 + choice.worth, best.1);
             let now = taken_now(choice);
-            choice.last = past.get(best.1 as usize).map_or(now, |from| std::array::from_fn(|laser| now[laser].or(from.last[laser])));
+            choice.last =
+                past.get(best.1 as usize).map_or(now, |from| std::array::from_fn(|laser| now[laser].or(from.last[laser])));
         }
     }
 
@@ -214,6 +236,96 @@ impl Ranger {
             at = choice.before;
         }
         self.chosen.reverse();
+    }
+
+    /// Where a laser should light the floor and does not, though nothing stands before it.
+    fn unlit_floor(&self, laser: usize, projector: &Projector, upright: &Upright, points: &mut Vec<RangePoint>) {
+        let floor = -upright.up / upright.height_m;
+        let middle_px = projector.size[1] as f64 / 2.0;
+        let mut chosen = self.chosen.iter().peekable();
+        for block in 0..projector.size[0] / BLOCK {
+            while chosen.next_if(|(other, _)| usize::from(*other) < block).is_some() {}
+            let taken = chosen.peek().filter(|(other, _)| usize::from(*other) == block).map(|(_, taken)| *taken);
+            let x = (block * BLOCK) as f64 + (BLOCK as f64 - 1.0) / 2.0;
+            let Some(stripe) = projector.stripe(laser, &floor, x, middle_px) else { continue };
+            let in_view = (0.0..projector.size[1] as f64).contains(&stripe.y_px);
+            let point = upright.base_from_camera * stripe.point;
+            let camera = upright.base_from_camera.translation.vector;
+            let (dx, dy) = (point.x - camera.x, point.y - camera.y);
+            let range_m = (dx * dx + dy * dy).sqrt();
+            let mut seen = taken.iter().flatten().flatten().map(|at| &self.candidates[*at as usize]);
+            // Something nearer hides it; what is the floor itself is seen.
+            let hidden =
+                seen.any(|seen| seen.upon == Upon::Floor || seen.range_m < range_m + AGREE_M + AGREE_1_M * square(range_m));
+            if in_view && range_m < FLOOR_WITHIN_M && taken.is_some() && !hidden {
+                points.push(RangePoint { point_in_base: point, laser, block, upon: Upon::Nothing });
+            }
+        }
+    }
+
+    /// How far a laser that is not seen has met nothing, in the blocks in which another one is seen on the floor.
+    fn open_air(&self, laser: usize, projector: &Projector, upright: &Upright, points: &mut Vec<RangePoint>) {
+        for (block, taken) in &self.chosen {
+            let on_floor = |at: &u32| self.candidates[*at as usize].upon == Upon::Floor;
+            if taken[laser].is_some() || !taken.iter().flatten().any(on_floor) {
+                continue;
+            }
+            let x = (usize::from(*block) * BLOCK) as f64 + (BLOCK as f64 - 1.0) / 2.0;
+            // Where its plane is so far ahead: a plane square to the way ahead stands in for what is not there.
+            let camera = upright.base_from_camera.translation.vector;
+            let ahead = upright.base_from_camera.rotation.inverse() * nalgebra::Vector3::x() / AIR_M;
+            let Some(stripe) = projector.stripe(laser, &ahead, x, projector.size[1] as f64 / 2.0) else { continue };
+            let point = upright.base_from_camera * stripe.point;
+            let in_view = (0.0..projector.size[1] as f64).contains(&stripe.y_px);
+            if in_view && point.z > 0.0 && point.x > camera.x {
+                points.push(RangePoint { point_in_base: point, laser, block: usize::from(*block), upon: Upon::Air });
+            }
+        }
+    }
+
+    /// Stripes that touch cross each other: where two lasers are taken to turn away from each other instead, the shorter side of the touch
+    /// has them exchanged. (Rows and ranges alone fit both: for two slits the one is the mirror image of the other.)
+    fn uncross(&mut self, ridges: &[Ridge]) {
+        let row = |at: u32| ridges[self.candidates[at as usize].ridge].y_px;
+        // Blocks in which both of the first two lasers are seen, with how far the one is below the other.
+        let both: Vec<(usize, f64)> =
+            self.chosen.iter().enumerate().filter_map(|(i, (_, taken))| Some((i, row(taken[0]?) - row(taken[1]?)))).collect();
+        let block = |i: usize| usize::from(self.chosen[both[i].0].0);
+        let goes_on = |i: usize| {
+            block(i) - block(i - 1) <= TOUCH_BLOCKS
+                && (both[i].1 - both[i - 1].1).abs() <= 3.0 * GOES_ON_PX * (block(i) - block(i - 1)) as f64
+        };
+        let mut exchange: Vec<usize> = Vec::new();
+        for touch in (1..both.len()).filter(|i| goes_on(*i)) {
+            let (before, after) = (both[touch - 1].1, both[touch].1);
+            let touches = before.abs() < TOUCH_PX && after.abs() < TOUCH_PX;
+            let nearest = before.abs().max(after.abs());
+            // The nearest that they come to each other: farther apart on both sides.
+            let apart = |range: std::ops::Range<usize>| {
+                range.clone().count() > FEWEST_BLOCKS && range.map(|i| both[i].1.abs()).fold(0.0, f64::max) > nearest + 1.0
+            };
+            let from = (1..touch).rev().find(|i| !goes_on(*i)).unwrap_or(0);
+            let to = (touch + 1..both.len()).find(|i| !goes_on(*i)).unwrap_or(both.len());
+            if !touches || before * after <= 0.0 || !apart(from..touch) || !apart(touch..to) {
+                continue;
+            }
+            let least = |range: std::ops::Range<usize>| range.map(|i| both[i].1.abs()).fold(f64::INFINITY, f64::min);
+            if least(from..to) < nearest - 1.0 {
+                continue;
+            }
+            let shorter = if touch - from < to - touch { from..touch } else { touch..to };
+            exchange.extend(shorter.map(|i| both[i].0));
+        }
+        for i in exchange {
+            let [Some(a), Some(b)] = [self.chosen[i].1[0], self.chosen[i].1[1]] else { continue };
+            let ridges_of = [a, b].map(|at| self.candidates[at as usize].ridge);
+            let other = |laser: usize, ridge: usize| {
+                self.candidates.iter().position(|c| c.laser == laser && c.ridge == ridge).map(|at| at as u32)
+            };
+            if let (Some(first), Some(second)) = (other(0, ridges_of[1]), other(1, ridges_of[0])) {
+                (self.chosen[i].1[0], self.chosen[i].1[1]) = (Some(first), Some(second));
+            }
+        }
     }
 
     /// One laser's points, without pieces that are too short.
@@ -268,7 +380,7 @@ fn candidate(
     let worth = EXPLAINED + on_floor - (THICKNESS * off * off).min(EXPLAINED);
     let camera = upright.base_from_camera.translation.vector;
     let (dx, dy) = (point.x - camera.x, point.y - camera.y);
-    Some(Candidate { ridge: index, point, range_m: (dx * dx + dy * dy).sqrt(), upon, worth })
+    Some(Candidate { laser, ridge: index, point, range_m: (dx * dx + dy * dy).sqrt(), upon, worth })
 }
 
 fn square(x: f64) -> f64 {

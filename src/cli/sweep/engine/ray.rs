@@ -117,4 +117,9 @@ impl Job for Driver {
         let status = self.ended.map_or(String::new(), |status| format!(" (the driver ended with {status})"));
         format!("{}{status}", self.log.display())
     }
+
+    /// A driver ends its tasks when the call that started it ends.
+    fn is_inherited(&self) -> bool {
+        false
+    }
 }

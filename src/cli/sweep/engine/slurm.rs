@@ -1,7 +1,8 @@
 //! A sweep as a job array of Slurm: task i of N runs `work DIR --shard i/N` on a node of its own. A task whose node dies is requeued by
 //! Slurm and does what its first start has left.
 //!
-//! A call that finds its own array still there, because the one before was killed, follows that one.
+//! A call that finds its own array still there, because the one before was killed, follows that one; should it end with cases missing, as
+//! one that is being cancelled does, another is submitted.
 
 use std::process::Stdio;
 use std::time::{Duration, Instant};
@@ -32,6 +33,8 @@ pub(super) struct Array {
     /// What was said of it last, and when to ask again.
     state: String,
     due: Instant,
+    /// Whether an earlier call submitted it.
+    inherited: bool,
     /// Whether the last answer was that nothing of it is left: the second time it has ended.
     gone: bool,
     /// Whether it was told that Slurm does not answer.
@@ -72,7 +75,8 @@ impl Slurm {
         // With all that the work follows from, so that the array of another plan is none of ours.
         let of = format!("{} {} {:?}", order.place, order.plan.build, order.plan.sweep);
         let name = format!("ductloop-{}-{:08x}", order.plan.sweep.name, xxh3_64(of.as_bytes()) >> 32);
-        let array = |id: String| Array {
+        let array = |id: String, inherited: bool| Array {
+            inherited,
             logs: logs.join(format!("slurm-{id}-*.log")).display().to_string(),
             id,
             state: "submitted".into(),
@@ -82,7 +86,7 @@ impl Slurm {
         };
         if let Some(id) = find_array(&name) {
             note(&format!("job {id} of an earlier call is at it: it is followed"));
-            return Ok(array(id));
+            return Ok(array(id, true));
         }
         let path = order.desk.join(SCRIPT);
         put(&path, &script(order))?;
@@ -104,10 +108,11 @@ impl Slurm {
                 .about("sbatch")
                 .help("`--partition` and `--engine-arg` say what Slurm is to be asked for; the plan is written and kept"));
         }
+        let array = array(id, false);
         if !quiet {
-            note(&format!("job array {id} of {} on Slurm; its logs are {}", order.shards, array(id.clone()).logs));
+            note(&format!("job array {} of {} on Slurm; its logs are {}", array.id, order.shards, array.logs));
         }
-        Ok(array(id))
+        Ok(array)
     }
 }
 
@@ -188,6 +193,10 @@ impl Job for Array {
 
     fn logs(&self) -> String {
         self.logs.clone()
+    }
+
+    fn is_inherited(&self) -> bool {
+        self.inherited
     }
 }
 

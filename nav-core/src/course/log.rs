@@ -1,0 +1,112 @@
+//! What the robot has driven through, as it found it: the frame of each duct in the frame of the first, and the ducts in order.
+
+use super::passage::Passage;
+use crate::ahead::Fitting;
+
+/// A duct that was driven through, from where it was entered to where it was left.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DuctRecord {
+    /// Pose of the duct's zero (along, left, heading) in the frame of the first duct, as dead reckoning and walls have it.
+    pub first_from_duct: [f64; 3],
+    /// Its width as it was measured last, in metres.
+    pub width_m: f64,
+    /// From where to where it was driven, in metres along it; `None` while it goes on.
+    pub from_m: f64,
+    /// See `from_m`.
+    pub to_m: Option<f64>,
+    /// How it was left: by which fitting.
+    pub by: Option<Fitting>,
+    /// By which turn, positive to the left, in radians.
+    pub turn_rad: f64,
+    /// Radius of that turn's arc, in metres.
+    pub radius_m: f64,
+}
+
+/// All of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Log {
+    ducts: Vec<DuctRecord>,
+}
+
+impl Default for Log {
+    fn default() -> Self {
+        Self { ducts: vec![DuctRecord::entered([0.0; 3], 0.0, 0.0)] }
+    }
+}
+
+impl DuctRecord {
+    fn entered(first_from_duct: [f64; 3], from_m: f64, width_m: f64) -> Self {
+        Self { first_from_duct, width_m, from_m, to_m: None, by: None, turn_rad: 0.0, radius_m: 0.0 }
+    }
+}
+
+impl Log {
+    /// The ducts, the one that the robot is in last.
+    pub fn ducts(&self) -> &[DuctRecord] {
+        &self.ducts
+    }
+
+    /// A pose of the present duct (along, left, heading) in the frame of the first.
+    pub fn first_from(&self, pose: [f64; 3]) -> [f64; 3] {
+        self.ducts.last().map_or(pose, |duct| compose(duct.first_from_duct, pose))
+    }
+
+    /// The present duct is as wide as this, in metres.
+    pub(super) fn measured(&mut self, width_m: f64) {
+        if let Some(duct) = self.ducts.last_mut() {
+            duct.width_m = width_m;
+        }
+    }
+
+    /// The present duct was left through a passage.
+    pub(super) fn left_by(&mut self, fitting: Fitting, passage: &Passage, along_m: f64) {
+        let zero = self.first_from(passage.entry_from_exit([0.0; 3]));
+        if let Some(duct) = self.ducts.last_mut() {
+            (duct.to_m, duct.by) = (Some(passage.start_m()), Some(fitting));
+            (duct.turn_rad, duct.radius_m) = (passage.turn_rad(), passage.radius_m());
+        }
+        self.ducts.push(DuctRecord::entered(zero, along_m, passage.exit_width_m()));
+    }
+
+    /// The robot turned round at this place of its duct.
+    pub(super) fn turned_round(&mut self, along_m: f64, width_m: f64) {
+        let zero = self.first_from([along_m, 0.0, std::f64::consts::PI]);
+        if let Some(duct) = self.ducts.last_mut() {
+            (duct.to_m, duct.by, duct.turn_rad) = (Some(along_m), Some(Fitting::DeadEnd), std::f64::consts::PI);
+        }
+        self.ducts.push(DuctRecord::entered(zero, 0.0, width_m));
+    }
+}
+
+/// The pose `b` of a frame that has the pose `a`.
+fn compose(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    let (sin, cos) = libm::sincos(a[2]);
+    [a[0] + cos * b[0] - sin * b[1], a[1] + sin * b[0] + cos * b[1], crate::angle::wrap(a[2] + b[2])]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
+    use crate::course::bend::Bend;
+
+    /// Through a square elbow to the left and back from its end: the same place, the other way round.
+    #[test]
+    fn frames_are_chained() {
+        let bend = Bend { start_m: 2.0, radius_m: 0.25, turn_rad: FRAC_PI_2, exit_width_m: 0.5, outer_end_m: 2.5 };
+        let bend = Passage::Bend(bend);
+        let mut log = Log::default();
+        log.left_by(Fitting::Elbow(crate::ahead::Side::Left), &bend, -0.2);
+        let at = log.first_from([1.0, 0.1, 0.0]);
+        assert!((at[0] - 2.15).abs() < 1e-12 && (at[1] - 1.25).abs() < 1e-12 && (at[2] - FRAC_PI_2).abs() < 1e-12, "{at:?}");
+        log.turned_round(1.0, 0.5);
+        let back = log.first_from([0.0, -0.1, 0.0]);
+        assert!(
+            (back[0] - 2.15).abs() < 1e-12 && (back[1] - 1.25).abs() < 1e-12 && (back[2] + FRAC_PI_2).abs() < 1e-12,
+            "{back:?}"
+        );
+        assert_eq!(log.ducts().len(), 3);
+        assert_eq!((log.ducts()[0].to_m, log.ducts()[1].to_m), (Some(2.0), Some(1.0)));
+    }
+}

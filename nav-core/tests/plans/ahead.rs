@@ -1,0 +1,46 @@
+//! What lies ahead is told from ranges: plans of fittings, drawn here as walls, are met by rays as a line scanner's would be, and the robot
+//! moves towards them.
+
+use super::plan::{AT_M, CAMERA_M, HALF_M, WIDTH_M, Wall, plans, scan, side_wall};
+use ductloop_nav::ahead::{Ahead, DuctPlace, Fitting};
+
+/// Drives along the middle from the duct's beginning; returns, frame by frame, where the robot was and what it took the fitting for.
+fn drive(walls: &[Wall], to_m: f64, noise: f64) -> Vec<(f64, Fitting)> {
+    let mut ahead = Ahead::new([CAMERA_M, 0.0]);
+    (0..(to_m / 0.01) as usize)
+        .map(|step| {
+            let along_m = 0.5 + 0.01 * step as f64;
+            let (lateral_m, heading_rad) = (0.02 * libm::sin(3.0 * along_m), 0.03 * libm::cos(5.0 * along_m));
+            let place = DuctPlace { along_m, lateral_m, heading_rad, width_m: WIDTH_M };
+            (along_m, ahead.look(&place, &scan(walls, [along_m, lateral_m, heading_rad], noise)).fitting)
+        })
+        .take_while(|(along_m, _)| *along_m < to_m)
+        .collect()
+}
+
+/// From one and a half widths before it on each fitting is told for what it is, and never is it taken for another one.
+#[test]
+fn fittings_are_told_in_time() {
+    for (index, (expected, walls)) in plans().into_iter().enumerate() {
+        let seen = drive(&walls, AT_M - 0.1, 0.2);
+        let wrong: Vec<_> =
+            seen.iter().filter(|(_, fitting)| ![expected, Fitting::Unknown, Fitting::Straight].contains(fitting)).collect();
+        assert!(wrong.is_empty(), "{index}, {expected:?}: {wrong:?}");
+        let known = seen.iter().find(|(_, fitting)| *fitting == expected).map(|(at_m, _)| AT_M - at_m);
+        // A wall that leaves its line by a little must be seen for a while.
+        let in_time_m = if expected == Fitting::Transition { 1.2 * WIDTH_M } else { 1.5 * WIDTH_M };
+        assert!(known.is_some_and(|distance_m| distance_m >= in_time_m), "{index}, {expected:?}: told {known:?} m before it");
+        let lost: Vec<_> = seen.iter().filter(|(at_m, f)| AT_M - at_m < WIDTH_M && *f != expected).collect();
+        assert!(lost.is_empty(), "{index}, {expected:?}: {lost:?}");
+    }
+}
+
+/// A duct that goes straight on is straight, and one that is not yet seen is not known.
+#[test]
+fn a_straight_is_straight() {
+    let walls = [side_wall(HALF_M, 0.0, 20.0), side_wall(-HALF_M, 0.0, 20.0)];
+    let seen = drive(&walls, 6.0, 0.2);
+    assert!(seen.iter().all(|(_, fitting)| matches!(fitting, Fitting::Straight | Fitting::Unknown)), "{seen:?}");
+    let straight = seen.iter().skip(40).filter(|(_, fitting)| *fitting == Fitting::Straight).count();
+    assert_eq!(straight, seen.len() - 40);
+}

@@ -1,0 +1,188 @@
+//! A robot follows its route through drawn plans: it sees what a line scanner would, goes by wheels that are a little off, and ends up in
+//! the duct that the route names.
+
+use super::plan::{AT_M, HALF_M, WIDTH_M, Wall, elbow, plans, scan};
+use ductloop_nav::ahead::{self, DuctPlace, Fitting, Side};
+use ductloop_nav::course::route::Turn;
+use ductloop_nav::course::{Course, CourseParams, End, Mission};
+
+const PERIOD_S: f64 = 1.0 / 30.0;
+/// Share by which its turns differ from what its wheels say.
+const TURN_OFF: f64 = 0.03;
+
+/// A robot that does at once what it is told.
+struct Robot {
+    /// Where it is: x, y, heading, in the plan.
+    pose: [f64; 3],
+    /// Where it believes to be in its duct: lateral offset, heading, width.
+    lateral_m: f64,
+    heading_rad: f64,
+    width_m: f64,
+    course: Course,
+    /// Farthest off the path that it believed to be on, in metres.
+    farthest_m: f64,
+}
+
+impl Robot {
+    fn new(route: &[Turn]) -> Self {
+        let params = CourseParams { mission: Mission::Route(route.to_vec()), speed_m_s: 0.25, ..CourseParams::default() };
+        let mut course = Course::new(params);
+        course.advance(0.5);
+        Self { pose: [0.5, 0.0, 0.0], lateral_m: 0.0, heading_rad: 0.0, width_m: WIDTH_M, course, farthest_m: 0.0 }
+    }
+
+    fn place(&self) -> DuctPlace {
+        let (lateral_m, heading_rad) = (self.lateral_m, self.heading_rad);
+        DuctPlace { along_m: self.course.along_m(), lateral_m, heading_rad, width_m: self.width_m }
+    }
+
+    fn frame(&mut self, walls: &[Wall]) {
+        let ranges = scan(walls, self.pose, 0.2);
+        if self.course.believes(self.heading_rad) {
+            let stretch = self
+                .course
+                .straight()
+                .unwrap_or(ahead::Stretch { along_m: [[f64::NEG_INFINITY, self.course.along_m() + 1.2]; 2], near_m: 0.06 });
+            if let Some(walls) = ahead::side_walls(&ranges, &self.place(), &stretch) {
+                self.heading_rad += 0.3 * (walls.heading_rad - self.heading_rad);
+                let offsets =
+                    [walls.left_m.map(|left| self.width_m / 2.0 - left), walls.right_m.map(|right| right - self.width_m / 2.0)];
+                let seen: Vec<f64> = offsets.into_iter().flatten().collect();
+                let mean = seen.iter().sum::<f64>() / seen.len() as f64;
+                self.lateral_m += 0.3 * (mean - self.lateral_m);
+            }
+        }
+        if let Some(entered) = self.course.look(&self.place(), &ranges) {
+            (self.lateral_m, self.heading_rad, self.width_m) = (entered.lateral_m[0], entered.heading_rad[0], entered.width_m[0]);
+        }
+        let here = self.course.path(0.0, self.lateral_m, self.heading_rad);
+        self.farthest_m = self.farthest_m.max(here.on_path.lateral_m.abs());
+        let (speed, turn) = match self.course.manoeuvre(self.heading_rad) {
+            Some(twist) => (twist.speed_m_s, twist.yaw_rate_rad_s),
+            None => {
+                let speed = 0.25 * (1.0 - here.slowing);
+                (speed, speed * (here.on_path.curvature_1_m - 20.0 * here.on_path.lateral_m - 6.0 * here.on_path.heading_rad))
+            }
+        };
+        let (way, turned) = (speed * PERIOD_S, turn * PERIOD_S);
+        let (sin, cos) = libm::sincos(self.heading_rad + turned / 2.0);
+        self.course.advance(way * cos);
+        self.lateral_m += way * sin;
+        self.heading_rad += turned;
+        let (sin, cos) = libm::sincos(self.pose[2] + turned / 2.0);
+        self.pose = [self.pose[0] + way * cos, self.pose[1] + way * sin, self.pose[2] + turned * (1.0 + TURN_OFF)];
+    }
+
+    /// Goes on until this is so, for half a minute at most.
+    fn until(&mut self, walls: &[Wall], is_so: impl Fn(&Self) -> bool) -> bool {
+        (0..900).any(|_| {
+            self.frame(walls);
+            is_so(self)
+        })
+    }
+}
+
+/// Which turns a fitting offers.
+fn offers(fitting: Fitting) -> Vec<Turn> {
+    match fitting {
+        Fitting::Elbow(Side::Left) => vec![Turn::Left],
+        Fitting::Elbow(Side::Right) => vec![Turn::Right],
+        Fitting::Branch(Side::Left) => vec![Turn::Left, Turn::Straight],
+        Fitting::Branch(Side::Right) => vec![Turn::Right, Turn::Straight],
+        Fitting::BullheadTee => vec![Turn::Left, Turn::Right],
+        Fitting::Cross => vec![Turn::Left, Turn::Straight, Turn::Right],
+        Fitting::DeadEnd => vec![Turn::TurnBack],
+        Fitting::Transition => vec![Turn::Straight],
+        Fitting::Unknown | Fitting::Straight | Fitting::Obstacle | Fitting::Drop => vec![],
+    }
+}
+
+/// Where the middle of the duct behind a transition lies.
+fn middle_behind(index: usize) -> f64 {
+    match index {
+        10 => (HALF_M - 0.35) / 2.0,
+        11 => (0.15 - HALF_M) / 2.0,
+        _ => 0.0,
+    }
+}
+
+/// Every turn that a fitting offers is taken, along the middle of both ducts.
+#[test]
+fn the_way_that_the_route_names_is_taken() {
+    for (index, (fitting, walls)) in plans().into_iter().enumerate() {
+        for turn in offers(fitting) {
+            // An elbow is no choice.
+            let route = if matches!(fitting, Fitting::Elbow(_) | Fitting::Transition) { vec![] } else { vec![turn] };
+            let mut robot = Robot::new(&route);
+            let case = format!("{index}, {fitting:?}, {turn:?}");
+            let (x, y) = (|robot: &Robot| robot.pose[0], |robot: &Robot| robot.pose[1]);
+            let arrived = match turn {
+                Turn::Left => robot.until(&walls, |robot| y(robot) > 1.5),
+                Turn::Right => robot.until(&walls, |robot| y(robot) < -1.5),
+                Turn::Straight => robot.until(&walls, |robot| x(robot) > AT_M + 1.5),
+                Turn::TurnBack | Turn::Stop => robot.until(&walls, |robot| x(robot) < 1.5 && robot.pose[2].abs() > 3.0),
+            };
+            assert!(arrived, "{case}: {:?} {:?}", robot.pose, robot.course.outlook());
+            assert!(robot.farthest_m < 0.06, "{case}: {} m off its path", robot.farthest_m);
+            // In the middle of the duct that it is in, whatever it believes.
+            let radius_elbow = matches!(index, 2 | 3);
+            let middle = if radius_elbow { AT_M + 0.75 * WIDTH_M + HALF_M } else { AT_M + HALF_M };
+            let off_m = match turn {
+                Turn::Left | Turn::Right => robot.pose[0] - middle,
+                _ => robot.pose[1] - middle_behind(index),
+            };
+            let found = robot.course.first_from_base(robot.lateral_m, robot.heading_rad);
+            let drift_m = libm::hypot(found[0] - robot.pose[0], found[1] - robot.pose[1]);
+            assert!(drift_m < 0.08, "{case}: {drift_m} m of drift, {found:?} {:?}", robot.pose);
+            assert!(off_m.abs() < 0.01, "{case}: {off_m} m off the middle");
+        }
+    }
+}
+
+/// Elbows of any angle are driven through, mitred and curved.
+#[test]
+fn elbows_of_any_angle_are_driven_through() {
+    for turn_deg in [30.0_f64, 45.0, 60.0, 90.0, 120.0] {
+        for throat_m in [0.0, 0.25, 0.375, 0.75] {
+            let (walls, [x, y, turn_rad]) = elbow(turn_deg.to_radians(), throat_m);
+            let mut robot = Robot::new(&[]);
+            // Along the middle of the duct behind it, and beside it.
+            let behind = |robot: &Robot| {
+                let (sin, cos) = libm::sincos(turn_rad);
+                let (dx, dy) = (robot.pose[0] - x, robot.pose[1] - y);
+                [cos * dx + sin * dy, cos * dy - sin * dx]
+            };
+            let arrived = robot.until(&walls, |robot| behind(robot)[0] > 1.0 && robot.pose[2] > 0.5 * turn_rad);
+            let case = format!("{turn_deg} degrees, {throat_m} m");
+            assert!(arrived, "{case}: {:?} {:?}", robot.pose, robot.course.outlook());
+            let [_, aside_m] = behind(&robot);
+            assert!(
+                aside_m.abs() < 0.01 && (robot.pose[2] - turn_rad).abs() < 0.03,
+                "{case}: {aside_m} m aside, {:?}",
+                robot.pose
+            );
+            assert!(robot.farthest_m < 0.08, "{case}: {} m off its path", robot.farthest_m);
+        }
+    }
+}
+
+/// Where the route is over, or names what is not there, the robot stands before the wall and says why.
+#[test]
+fn it_stands_where_its_route_ends() {
+    let plan = |fitting: Fitting| plans().into_iter().find(|(own, _)| *own == fitting).expect("a plan").1;
+    for (fitting, route, end) in [
+        (Fitting::DeadEnd, vec![], End::DeadEnd),
+        (Fitting::DeadEnd, vec![Turn::Stop], End::Route),
+        (Fitting::DeadEnd, vec![Turn::Left], End::NoSuchWay),
+        (Fitting::Obstacle, vec![], End::Obstacle),
+        (Fitting::BullheadTee, vec![], End::NoSuchWay),
+        (Fitting::BullheadTee, vec![Turn::Straight], End::NoSuchWay),
+    ] {
+        let walls = plan(fitting);
+        let mut robot = Robot::new(&route);
+        assert!(robot.until(&walls, |robot| robot.course.end().is_some()), "{fitting:?} {route:?}: {:?}", robot.pose);
+        assert_eq!(robot.course.end(), Some(end), "{fitting:?} {route:?}");
+        let front_m = if fitting == Fitting::BullheadTee { AT_M + WIDTH_M } else { AT_M };
+        assert!((0.2..0.3).contains(&(front_m - robot.pose[0])), "{fitting:?} {route:?}: {:?}", robot.pose);
+    }
+}
