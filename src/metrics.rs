@@ -284,6 +284,8 @@ mod tests {
                 truth: Truth {
                     world_from_base: nalgebra::Isometry3::identity(),
                     cell: 0,
+                    fitting: 0,
+                    segment: 0,
                     distance_m: 0.5 + i as f64,
                     lateral_m,
                     heading_rad: -0.02,

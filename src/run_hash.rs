@@ -97,6 +97,8 @@ mod tests {
         let truth = Truth {
             world_from_base: given.pose,
             cell: 0,
+            fitting: 0,
+            segment: 0,
             distance_m: 0.0,
             lateral_m: 0.0,
             heading_rad: 0.0,

@@ -76,6 +76,8 @@ fn made_up(scenario: &Scenario, lateral_m: f64) -> RunRecord {
         let truth = Truth {
             world_from_base: on_path * nalgebra::Translation3::new(0.0, lateral_m, 0.0),
             cell: 0,
+            fitting: 0,
+            segment: 0,
             distance_m,
             lateral_m,
             heading_rad: -0.1 * lateral_m,

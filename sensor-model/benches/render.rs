@@ -6,6 +6,7 @@ mod common;
 use common::{LOOKS, base_at, duct, elbow, incra1, straight, view, wide};
 use criterion::{Criterion, criterion_group, criterion_main};
 use ductloop_duct::cell::{Solid, SurfaceId};
+use ductloop_duct::fitting::{Fitting, Shape};
 use ductloop_duct::network::Network;
 use ductloop_nav::rig::Rig;
 use ductloop_sensor::optics::{Lens, Optics};
@@ -26,6 +27,17 @@ struct Case {
     view: View,
 }
 
+/// A staircase of five fittings each: a straight, a slope up or down, an elbow to the left, a straight, an elbow to the right.
+fn stairs(times: usize) -> Network {
+    let slope = |i: usize| {
+        let angle_rad = if i.is_multiple_of(2) { 0.1 } else { -0.1 };
+        Fitting { shape: Shape::Slope { length_m: 1.0, angle_rad }, ..straight(1.0, 0.5, 0.3) }
+    };
+    let (ahead, turn) = (straight(1.5, 0.5, 0.3), |angle_deg| elbow(angle_deg, 0.375, 0.5, 0.3));
+    let all: Vec<Fitting> = (0..times).flat_map(|i| [ahead, slope(i), turn(90.0), ahead, turn(-90.0)]).collect();
+    duct(&all)
+}
+
 fn cases() -> Vec<Case> {
     let plain = duct(&[straight(6.0, 0.5, 0.3)]);
     let mut boxes = plain.clone();
@@ -36,6 +48,13 @@ fn cases() -> Vec<Case> {
     let bend = duct(&[straight(2.5, 0.5, 0.3), elbow(90.0, 0.375, 0.5, 0.3), straight(2.0, 0.5, 0.3)]);
     // Cost must not grow with the network: the same view, 1000 fittings around it.
     let long = duct(&vec![straight(1.0, 0.5, 0.3); 1000]);
+    // As far as elbows let one see, the two are the same: the first five of 5 fittings, and five in the middle of 500.
+    let (few, many) = (stairs(1), stairs(100));
+    let on_stairs = |name, network: &Network, first: usize| {
+        let rig = wide();
+        let view = view(&rig, &(network.world_from_fitting[first] * base_at(0.8, 0.0, 0.0)));
+        Case { name, rig, network: network.clone(), optics: Optics::default(), looks: LOOKS, view }
+    };
     let case = |name, rig: Rig, network: &Network, x: f64| {
         let view = view(&rig, &base_at(x, 0.0, 0.0));
         Case { name, rig, network: network.clone(), optics: Optics::default(), looks: LOOKS, view }
@@ -51,6 +70,8 @@ fn cases() -> Vec<Case> {
         Case { optics: Optics { lens, ..Optics::default() }, ..case("wide/straight, out of focus", wide(), &plain, 1.5) },
         moving,
         case("wide/1000 fittings", wide(), &long, 501.5),
+        on_stairs("wide/stairs of 5 fittings", &few, 0),
+        on_stairs("wide/stairs of 500 fittings", &many, 250),
         case("wide/8 boxes", wide(), &boxes, 1.5),
         case("wide/elbow", wide(), &bend, 2.0),
         case("incra1/straight", incra1(), &plain, 1.5),

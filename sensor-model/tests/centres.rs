@@ -8,9 +8,10 @@
 mod common;
 
 use common::{base_at, duct, elbow, incra1, straight, view, wide};
+use ductloop_duct::network::Network;
 use ductloop_nav::rig::{Distortion, LineWidth, Rig};
 use ductloop_sensor::optics::{Bits, Ccd, Lens, Optics};
-use ductloop_sensor::renderer::Renderer;
+use ductloop_sensor::renderer::{Renderer, View};
 use ductloop_sensor::surface::Look;
 use ductloop_sensor::truth::{CentrePoint, SceneTruth};
 use ductloop_sensor::{CpuRenderer, Transform};
@@ -19,15 +20,18 @@ use ductloop_sensor::{CpuRenderer, Transform};
 const HALF: i64 = 7;
 
 /// (squares summed, largest, number) of the centroids' differences from the truth.
-fn differences(rig: &Rig, network: &ductloop_duct::network::Network, base: &Transform, half: i64) -> (f64, f64, usize) {
+fn differences(rig: &Rig, network: &Network, base: &Transform, half: i64) -> (f64, f64, usize) {
+    differences_of(rig, network, &view(rig, base), half)
+}
+
+fn differences_of(rig: &Rig, network: &Network, view: &View, half: i64) -> (f64, f64, usize) {
     let ccd = Ccd { black_level_dn: 0.0, bits: Bits::Twelve, ..Ccd::default() };
     let lens = Lens { vignetting: false, ..Lens::default() };
     let optics = Optics { noise: false, headlamp_peak_dn: 0.0, stripe_peak_dn: 600.0, lens, ccd, ..Optics::default() };
-    let mut renderer = CpuRenderer::new(network, rig, &optics, &[Look::matt(0.5)], 1, 1).expect("a sound scene");
-    let view = view(rig, base);
+    let mut renderer = CpuRenderer::new(network, rig, &optics, &[Look::matt(0.5); 7], 1, 1).expect("a sound scene");
     let (width, height) = (rig.camera.width_px as i64, rig.camera.height_px as i64);
     let mut image = vec![0_u16; (width * height) as usize];
-    renderer.render(&view, image.as_mut_slice().into()).expect("a frame");
+    renderer.render(view, image.as_mut_slice().into()).expect("a frame");
     let truth = SceneTruth::new(network, rig).of(&view.world_from_camera).expect("a camera in the duct");
     let crowded = |point: &CentrePoint, down: bool| {
         truth.centres.iter().any(|other| {
@@ -111,4 +115,27 @@ fn stripes_are_where_the_truth_says_all_over_the_field() {
             (squares / count as f64).sqrt()
         );
     }
+}
+
+#[test]
+fn stripes_are_where_the_truth_says_in_every_fitting() {
+    let (mut squares, mut largest, mut count) = (0.0, 0.0_f64, 0);
+    for scene in common::scenes::fittings() {
+        let rig = Rig { line: LineWidth { width_m: 4e-4, growth_rad: 5e-4 }, ..scene.rig };
+        let found = differences_of(&rig, &scene.network, &scene.view, HALF);
+        println!(
+            "{:20} {:.4} px RMS, {:.3} px at most, of {}",
+            scene.name,
+            (found.0 / found.2.max(1) as f64).sqrt(),
+            found.1,
+            found.2
+        );
+        squares += found.0;
+        largest = largest.max(found.1);
+        count += found.2;
+    }
+    let rms = (squares / count.max(1) as f64).sqrt();
+    println!("centres {rms:.4} px RMS, {largest:.3} px at most, of {count}");
+    assert!(count > 5000, "only {count} places were compared");
+    assert!(rms < 0.01, "{rms} px RMS");
 }

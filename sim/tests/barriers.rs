@@ -5,9 +5,12 @@ mod common;
 use std::f64::consts::FRAC_PI_2;
 
 use common::{HZ, fitting, pose, run, world};
-use ductloop_duct::fitting::{Blade, GrilleSide, Shape};
+use ductloop_duct::fitting::port::PortName;
+use ductloop_duct::fitting::{Blade, GrilleSide, Hand, Shape};
+use ductloop_duct::network::{Join, Network, Piece};
 use ductloop_nav::messages::Sides;
-use ductloop_sim::{Collisions, RobotSpec, Truth};
+use ductloop_nav::rig::MountAngles;
+use ductloop_sim::{Collisions, Ground, RobotSpec, Truth, World};
 use nalgebra::Point3;
 
 /// Drives a robot ahead for so long, from (x, y) and a heading, in a straight of 1 m, a fitting, and a straight.
@@ -33,6 +36,45 @@ fn a_shut_damper_and_turning_vanes_stop_it() {
     // The mitre goes from (1, 0.25) to (1.5, -0.25); the vanes reach out from it.
     assert!(collisions.count > 0 && truth.clearance_m < 1e-3);
     assert!(truth.world_from_base.translation.x < 1.25 - 0.16 && truth.speed_m_s.abs() < 0.01, "{truth:?}");
+}
+
+#[test]
+fn every_fitting_has_room_for_its_walls() {
+    let junctions = [0.25, 0.35, 0.5, 0.8].into_iter().flat_map(|branch_width_m| {
+        [Hand::Left, Hand::Right].into_iter().flat_map(move |hand| {
+            [
+                Shape::Tee { hand, branch_width_m },
+                Shape::SideBranch { hand, branch_width_m, shoe_m: 0.15 },
+                Shape::BullheadTee { branch_width_m },
+                Shape::Cross { branch_width_m },
+                Shape::Wye { half_angle_rad: 0.524, branch_width_m },
+                Shape::Wye { half_angle_rad: 1.047, branch_width_m },
+            ]
+        })
+    });
+    let others = [
+        Shape::Offset { length_m: 1.2, aside_m: -0.4 },
+        Shape::VanedElbow { angle_rad: -1.0 },
+        Shape::Drop { length_m: 1.0, hole_length_m: 1.0, hole_width_m: 0.5, depth_m: 0.05 },
+        Shape::Drop { length_m: 1.0, hole_length_m: 0.1, hole_width_m: 0.02, depth_m: 2.0 },
+        Shape::Grille { length_m: 0.8, side: GrilleSide::Ceiling, opening_length_m: 0.8, opening_height_m: 0.5 },
+    ];
+    for shape in junctions.chain(others) {
+        // The fitting, with a straight of 1 m at each of its ports.
+        let middle = fitting(shape);
+        let mut pieces = vec![Piece { fitting: middle, name: "middle".to_owned() }];
+        let mut joins = Vec::new();
+        for port in middle.ports() {
+            let mut straight = fitting(Shape::Straight { length_m: 1.0 });
+            (straight.width_m, straight.height_m) = (port.width_m, port.height_m);
+            joins.push(Join { a: (0, port.name), b: (pieces.len(), PortName::In) });
+            pieces.push(Piece { fitting: straight, name: port.name.to_string() });
+        }
+        let network = Network::assemble(&pieces, &joins, &[]).unwrap_or_else(|error| panic!("{shape:?}: {error}"));
+        let made =
+            World::new(&network, &RobotSpec::incra1(), &Ground::uniform(0.7), &pose(-0.5, 0.0, 0.0), MountAngles::default(), HZ);
+        assert!(made.is_ok(), "{shape:?}: {:?}", made.err());
+    }
 }
 
 #[test]

@@ -120,6 +120,34 @@ fn over_kinks_wheels_go_where_circles_roll() {
 }
 
 #[test]
+fn askew_over_kinks_no_wheel_sinks_in() {
+    let robot = RobotSpec::incra1();
+    for angle in [TEN_DEG, -TEN_DEG] {
+        let wide = [straight_of(1.0), slope_of(2.0, angle), straight_of(2.0)].map(|mut fitting| {
+            fitting.width_m = 4.0;
+            fitting
+        });
+        let rise_m = 2.0 * libm::tan(angle);
+        let floor = [[-1.0, 0.0], [1.0, 0.0], [3.0, rise_m], [5.0, rise_m]];
+        let mut world = world(&run(&wide), &robot, &pose(0.4, -1.4, 0.7));
+        let (mut sunk_m, mut lifted_m): (f64, f64) = (0.0, 0.0);
+        drive(&mut world, &robot, 0.25, |truth| {
+            for centre in ductloop_sim::outline::wheel_centres_m(&robot) {
+                let centre = truth.world_from_base * Point3::from(centre);
+                let off_m = centre.z - rolls_at_m(&floor, centre.x, robot.wheel_radius_m);
+                (sunk_m, lifted_m) = (sunk_m.max(-off_m), lifted_m.max(off_m));
+            }
+            truth.world_from_base.translation.x < 3.5
+        });
+        println!("{angle:.3} rad askew: at most {:.3} mm in, {:.1} mm off", sunk_m * 1e3, lifted_m * 1e3);
+        // Four wheels of a rigid robot cannot all stand on two planes: one lifts off, by the track times the sine of the angle at most.
+        assert!(sunk_m < 0.3e-3, "{sunk_m}");
+        assert!(lifted_m > 1e-3 && lifted_m < robot.track_m * libm::sin(TEN_DEG), "{lifted_m}");
+        assert_eq!(world.collisions().count, 0);
+    }
+}
+
+#[test]
 fn seams_in_a_plane_are_not_felt() {
     let robot = RobotSpec::incra1();
     // The slope at the end makes each plane a rule of its own; before it, and on it, there are 30 seams.
@@ -224,6 +252,8 @@ fn before_a_hole_it_stands_and_beside_it_it_passes() {
     let mut most_m: f64 = 0.0;
     drive(&mut beside, &robot, 0.25, |truth| {
         most_m = most_m.max(truth.world_from_base.translation.z.abs());
+        // The ceiling is nearest: what is below the floor is nothing to be near to.
+        assert!((truth.clearance_m - 0.125).abs() < 0.1e-3, "{truth:?}");
         truth.distance_m < 2.4
     });
     assert!(most_m < 0.1e-3, "{most_m}");

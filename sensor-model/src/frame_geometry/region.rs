@@ -139,14 +139,17 @@ impl Texture {
     }
 }
 
-/// Appends the seams of a piece of a wall with this outline. A joint is wherever one cell passes into the next; bodies have none.
+/// Appends the seams of a piece of a wall with this outline. A joint is wherever one cell passes into the next, but not a hole in a floor,
+/// which is cut; bodies have none.
 pub(super) fn add_seams(room: &Room, look: &Look, plane: &Plane, outline: &[Point3<f64>], frame: &Frame, seams: &mut Vec<Seam>) {
     /// Cosine beyond which a sheet counts as lying in the joint's own plane: it is seen from the front, the joint is behind it.
     const IN_JOINT: f64 = 0.999;
+    /// Joints stand upright; the normal of one that does is level but for rounding.
+    const UPRIGHT: f64 = 0.5;
     if look.seam_m == 0.0 {
         return;
     }
-    for opening in &room.openings {
+    for opening in room.openings.iter().filter(|opening| opening.plane.normal.z.abs() < UPRIGHT) {
         let joint = opening.plane.transformed(&frame.camera_from_world);
         // A piece reaches the joint if it comes as near as the gap is wide; half the gap is on its side.
         let reaches = outline.iter().any(|corner| joint.distance(corner).abs() <= look.seam_m);

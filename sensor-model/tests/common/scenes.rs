@@ -1,7 +1,8 @@
 //! Scenes for comparing renderers: drawn by seed, and by hand where something is likely to go wrong.
 
 use ductloop_duct::cell::{Solid, SurfaceId};
-use ductloop_duct::fitting::{Fitting, Shape};
+use ductloop_duct::fitting::port::PortName;
+use ductloop_duct::fitting::{AcrossAlign, Blade, Fitting, GrilleSide, Hand, Shape, UprightAlign};
 use ductloop_duct::network::{End, Network};
 use ductloop_nav::rig::{Distortion, MountAngles, Rig};
 use ductloop_sensor::Transform;
@@ -217,9 +218,79 @@ fn by_hand() -> Vec<Scene> {
     ]
 }
 
-/// Some fifty scenes.
+/// What a robot's camera sees of each kind of fitting: ahead of it, or from inside.
+pub fn fittings() -> Vec<Scene> {
+    use std::f64::consts::FRAC_PI_2;
+    let deg = |angle: f64| angle.to_radians();
+    let plain = Optics { noise: false, ..Optics::default() };
+    let day = Optics { ambient_dn: 100.0, ..plain.clone() };
+    // A straight of 2 m, the fitting, and one that fits its exit.
+    let around = |shape: Shape| {
+        let middle = fitting(shape, 0.5, 0.3, 1);
+        let mut run = vec![fitting(Shape::Straight { length_m: 2.0 }, 0.5, 0.3, 1), middle];
+        if let Some(exit) = middle.port(PortName::Out) {
+            run.push(fitting(Shape::Straight { length_m: 1.5 }, exit.width_m, exit.height_m, 2));
+        }
+        Network::from_run(&run, End::Open, End::Cap).expect("the fittings fit")
+    };
+    let ahead = || base_at(1.6, 0.02, 3.0);
+    let mut scenes = Vec::new();
+    let mut add = |name: &str, shape: Shape, optics: &Optics, base: Transform, angles: MountAngles| {
+        let (rig, network) = (wide(), around(shape));
+        let view = view(&rig, &base, angles);
+        scenes.push(Scene { name: name.to_owned(), rig, network, optics: optics.clone(), looks: SURFACES.to_vec(), view });
+    };
+    let rest = MountAngles::default();
+    let looking = |pan_deg: f64, tilt_deg: f64| MountAngles { pan_rad: deg(pan_deg), tilt_rad: deg(tilt_deg) };
+    let transition =
+        |to_width_m, to_height_m, across, upright| Shape::Transition { length_m: 0.6, to_width_m, to_height_m, across, upright };
+    let narrower = transition(0.35, 0.2, AcrossAlign::Concentric, UprightAlign::Concentric);
+    let wider = transition(0.8, 0.4, AcrossAlign::Left, UprightAlign::FlatBottom);
+    add("transition-narrower", narrower, &plain, ahead(), rest);
+    add("transition-wider", wider, &plain, ahead(), rest);
+    add("in-the-transition", narrower, &plain, base_at(2.05, 0.0, 4.0), rest);
+    add("offset", Shape::Offset { length_m: 1.2, aside_m: 0.4 }, &plain, ahead(), rest);
+    let slope = |angle_deg: f64| Shape::Slope { length_m: 1.5, angle_rad: deg(angle_deg) };
+    add("slope-up", slope(10.0), &plain, ahead(), rest);
+    add("slope-down", slope(-10.0), &plain, ahead(), rest);
+    let on_the_slope = |angle_deg: f64| {
+        let nose_up = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -deg(angle_deg));
+        Transform::translation(2.6, 0.03, 0.6 * libm::tan(deg(angle_deg))) * nose_up
+    };
+    add("on-the-slope-up", slope(10.0), &plain, on_the_slope(10.0), rest);
+    add("on-the-slope-down", slope(-10.0), &plain, on_the_slope(-10.0), rest);
+    let tee = |hand, branch_width_m| Shape::Tee { hand, branch_width_m };
+    add("tee-left", tee(Hand::Left, 0.5), &plain, ahead(), rest);
+    add("tee-right-narrow", tee(Hand::Right, 0.3), &plain, base_at(1.8, 0.0, -5.0), rest);
+    add("in-the-tee", tee(Hand::Left, 0.5), &plain, base_at(2.2, 0.0, 40.0), rest);
+    add("bullhead", Shape::BullheadTee { branch_width_m: 0.5 }, &plain, ahead(), rest);
+    let side = Shape::SideBranch { hand: Hand::Left, branch_width_m: 0.35, shoe_m: 0.15 };
+    add("side-branch", side, &plain, ahead(), rest);
+    add("in-the-side-branch", side, &plain, base_at(2.15, 0.05, 55.0), rest);
+    add("wye", Shape::Wye { half_angle_rad: deg(45.0), branch_width_m: 0.5 }, &plain, ahead(), rest);
+    add("wye-narrow", Shape::Wye { half_angle_rad: deg(30.0), branch_width_m: 0.25 }, &plain, ahead(), rest);
+    add("in-the-wye", Shape::Wye { half_angle_rad: deg(30.0), branch_width_m: 0.5 }, &plain, base_at(2.15, 0.1, 25.0), rest);
+    add("cross", Shape::Cross { branch_width_m: 0.4 }, &plain, ahead(), rest);
+    add("vaned-elbow", Shape::VanedElbow { angle_rad: FRAC_PI_2 }, &plain, ahead(), rest);
+    add("damper-open", Shape::Damper { length_m: 0.4, blade: Blade::Open }, &plain, ahead(), rest);
+    add("damper-shut", Shape::Damper { length_m: 0.4, blade: Blade::Shut }, &plain, ahead(), rest);
+    let grille = |side| Shape::Grille { length_m: 0.8, side, opening_length_m: 0.5, opening_height_m: 0.2 };
+    add("grille-left", grille(GrilleSide::Left), &day, base_at(1.9, 0.0, 5.0), rest);
+    add("grille-right", grille(GrilleSide::Right), &plain, base_at(2.1, 0.0, 0.0), looking(-50.0, 0.0));
+    add("grille-ceiling", grille(GrilleSide::Ceiling), &day, base_at(1.9, 0.0, 0.0), looking(0.0, -15.0));
+    let drop = |hole_width_m| Shape::Drop { length_m: 1.0, hole_length_m: 0.5, hole_width_m, depth_m: 0.6 };
+    add("drop", drop(0.3), &plain, ahead(), rest);
+    add("drop-wall-to-wall", drop(0.5), &day, base_at(1.8, 0.02, 3.0), looking(0.0, 15.0));
+    add("down-the-drop", drop(0.3), &plain, base_at(2.05, 0.0, 0.0), looking(0.0, 50.0));
+    let lying = Transform::translation(2.35, 0.0, -0.6) * base_at(0.0, 0.0, 30.0);
+    add("in-the-shaft", drop(0.4), &plain, lying, looking(0.0, -40.0));
+    scenes
+}
+
+/// Some eighty scenes.
 pub fn scenes() -> Vec<Scene> {
     let mut scenes = by_hand();
+    scenes.extend(fittings());
     scenes.extend((0..36).filter_map(drawn));
     scenes
 }
