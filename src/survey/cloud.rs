@@ -1,7 +1,8 @@
 //! The lit points of a run in the world, from believed poses.
 //!
 //! Of each voxel of 10 mm one point is kept, the first: memory grows with what was seen, not with the time that it took. Voxels are in a
-//! tree, so their order is that of their places.
+//! tree, so their order is that of their places. Where two stripes cross, a frame may take one laser's light for another's, and its points lie
+//! on no surface. The next frame, from elsewhere, does not show them again: points count where several frames lit their surroundings.
 
 use std::collections::BTreeMap;
 
@@ -13,6 +14,9 @@ use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 /// Edge of a voxel, in metres.
 pub const VOXEL_M: f64 = 0.01;
+/// Edge of the cubes that are a point's surroundings, in metres, and the frames that must have lit one.
+const AROUND_M: f64 = 0.05;
+const FEWEST_FRAMES: u32 = 3;
 /// A point this near to a side wall's line is that wall's, in metres.
 const ON_WALL_M: f64 = 0.04;
 /// Points farther from the base, seen from above, are left out, in metres: at 1.5 m a range is good for 20 mm.
@@ -56,6 +60,9 @@ pub struct CloudPoint {
 pub struct Cloud {
     world_from_first: Transform,
     points: BTreeMap<[i32; 3], CloudPoint>,
+    /// Of each cube: the last frame that lit it, and how many did.
+    lit: BTreeMap<[i32; 3], (u64, u32)>,
+    frames: u64,
 }
 
 impl Standing {
@@ -86,35 +93,34 @@ impl Standing {
 impl Cloud {
     /// An empty one. `world_from_first` is the frame of the first duct: where the run began, on the middle of the duct.
     pub fn new(world_from_first: Transform) -> Self {
-        Self { world_from_first, points: BTreeMap::new() }
+        Self { world_from_first, points: BTreeMap::new(), lit: BTreeMap::new(), frames: 0 }
     }
 
     /// Takes in the lit points of a frame.
     pub fn add(&mut self, standing: &Standing, ranges: &[RangePoint]) {
         let world_from_base = world_from_believed(&self.world_from_first, standing.pose);
+        self.frames += 1;
         let is_lit = |point: &&RangePoint| matches!(point.upon, Upon::Floor | Upon::Upright);
         let is_near = |point: &&RangePoint| point.point_in_base.coords.xy().norm() <= FARTHEST_M;
         for point in ranges.iter().filter(is_lit).filter(is_near) {
             let class = standing.class(point);
             let place = world_from_base * point.point_in_base;
-            let kept = self.points.entry(voxel(&place)).or_insert(CloudPoint { in_world_m: single(&place), class });
+            let kept = self.points.entry(cube(&place, VOXEL_M)).or_insert(CloudPoint { in_world_m: single(&place), class });
             kept.class = kept.class.max(class);
+            let (last, count) = self.lit.entry(cube(&place, AROUND_M)).or_insert((0, 0));
+            if *last < self.frames {
+                (*last, *count) = (self.frames, count.saturating_add(1));
+            }
         }
     }
 
-    /// How many there are.
-    pub fn len(&self) -> usize {
-        self.points.len()
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.points.is_empty()
-    }
-
-    /// The points, in the order of their voxels.
-    pub fn iter(&self) -> impl Iterator<Item = &CloudPoint> {
-        self.points.values()
+    /// The points that count, in the order of their voxels.
+    pub fn points(&self) -> impl Iterator<Item = &CloudPoint> {
+        let is_lit = |point: &&CloudPoint| {
+            let place = Point3::from(point.in_world_m.map(f64::from));
+            self.lit.get(&cube(&place, AROUND_M)).is_some_and(|(_, count)| *count >= FEWEST_FRAMES)
+        };
+        self.points.values().filter(is_lit)
     }
 }
 
@@ -124,8 +130,9 @@ pub fn world_from_believed(world_from_first: &Transform, [along_m, left_m, headi
     world_from_first * Isometry3::from_parts(Vector3::new(along_m, left_m, 0.0).into(), heading)
 }
 
-fn voxel(place: &Point3<f64>) -> [i32; 3] {
-    [place.x, place.y, place.z].map(|x| libm::floor(x / VOXEL_M) as i32)
+/// The cube of this edge that holds a place, by its number along each axis.
+fn cube(place: &Point3<f64>, edge_m: f64) -> [i32; 3] {
+    [place.x, place.y, place.z].map(|x| libm::floor(x / edge_m) as i32)
 }
 
 fn single(place: &Point3<f64>) -> [f32; 3] {
@@ -148,7 +155,7 @@ mod tests {
         cloud.add(&standing(0, 0.7), &[point(0.501, 0.245, 0.101, Upon::Upright)]);
         cloud.add(&standing(1, 0.5), &[point(0.502, 0.246, 0.102, Upon::Upright)]);
         cloud.add(&standing(0, 0.3), &[point(0.503, 0.246, 0.102, Upon::Upright)]);
-        let kept: Vec<_> = cloud.iter().copied().collect();
+        let kept: Vec<_> = cloud.points().copied().collect();
         assert_eq!(kept, [CloudPoint { in_world_m: [1.501, 0.245, 0.101], class: Class::Wall(1) }]);
     }
 
@@ -160,9 +167,14 @@ mod tests {
             &standing,
             &[point(0.5, 0.0, 0.0, Upon::Air), point(0.5, 0.1, 0.0, Upon::Nothing), point(2.0, 0.0, 0.0, Upon::Floor)],
         );
-        assert!(cloud.is_empty());
-        cloud.add(&standing, &[point(0.5, 0.0, 0.0, Upon::Floor)]);
-        assert_eq!(cloud.len(), 1);
+        assert!(cloud.points.is_empty());
+        let floor = [point(0.512, 0.012, 0.002, Upon::Floor), point(0.513, 0.013, 0.003, Upon::Floor)];
+        // Once is not enough, however many points.
+        cloud.add(&standing, &floor);
+        cloud.add(&standing, &floor);
+        assert_eq!((cloud.points.len(), cloud.points().count()), (1, 0));
+        cloud.add(&standing, &floor);
+        assert_eq!((cloud.points.len(), cloud.points().count()), (1, 1));
     }
 
     /// Half a metre ahead of a robot that stands at (1, 2) and looks to the left of the first duct, which runs along world y.
@@ -172,7 +184,7 @@ mod tests {
         let mut cloud = Cloud::new(Isometry3::from_parts(Vector3::new(10.0, 0.0, 0.0).into(), quarter));
         let standing = Standing { pose: [1.0, 2.0, std::f64::consts::FRAC_PI_2], duct: 0, in_duct: None };
         cloud.add(&standing, &[point(0.5, 0.0, 0.1, Upon::Upright)]);
-        let [at] = cloud.iter().map(|point| point.in_world_m).collect::<Vec<_>>()[..] else { panic!("one point") };
+        let [at] = cloud.points.values().map(|point| point.in_world_m).collect::<Vec<_>>()[..] else { panic!("one point") };
         assert!((at[0] - 7.5).abs() < 1e-5 && (at[1] - 1.0).abs() < 1e-5 && (at[2] - 0.1).abs() < 1e-6, "{at:?}");
     }
 }

@@ -1,6 +1,7 @@
 //! `survey.json`: the ducts as they were driven, each held against the truth, and the figures of the whole.
 
 use ductloop_duct::network::Network;
+use ductloop_nav::ahead::Fitting;
 use ductloop_nav::course::DuctRecord;
 use serde::Serialize;
 
@@ -42,7 +43,7 @@ pub struct SurveyedDuct {
     pub width_m: Option<f64>,
     /// Standard deviation of the width.
     pub width_sigma_m: Option<f64>,
-    /// Height, by all frames in which the ceiling was seen; null where it never was.
+    /// Height, by the frames that showed the ceiling of a straight duct; null where none did.
     pub height_m: Option<f64>,
     /// By what fitting it was left; null for the one in which the run ended.
     pub left_by: Option<&'static str>,
@@ -96,7 +97,7 @@ impl Survey {
             drift_m,
             drift_share: drift_m.filter(|_| path_m > 0.0).map(|drift_m| drift_m / path_m),
             path_m,
-            points: run.notes.cloud.as_ref().map(super::Cloud::len),
+            points: run.notes.cloud.as_ref().map(|cloud| cloud.points().count()),
             junctions_taken: junctions_taken(&network, &run.frames),
         })
     }
@@ -187,10 +188,12 @@ fn found<'f>(log: &DuctRecord, frames: impl Iterator<Item = &'f FrameRecord>) ->
     }
 }
 
-/// Mean of the heights that the frames gave, weighed by their variances; `None` where none gave one.
+/// Mean of the heights that the frames gave, weighed by their variances; `None` where none gave one. Before a fitting the pipeline takes
+/// what stands across for a ceiling: such frames do not count.
 fn height_m<'f>(frames: impl Iterator<Item = &'f FrameRecord>) -> Option<f64> {
     let (mut sum, mut weights) = (0.0, 0.0);
-    for frame in frames {
+    let sees_straight = |frame: &&FrameRecord| frame.outlook.is_some_and(|outlook| outlook.fitting == Fitting::Straight);
+    for frame in frames.filter(sees_straight) {
         let seen = frame.measurement.height_m.zip(frame.measurement.deviation.height_m);
         if let Some((height_m, deviation_m)) = seen.filter(|(_, deviation_m)| *deviation_m > 0.0) {
             let weight = 1.0 / (deviation_m * deviation_m);

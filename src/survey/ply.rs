@@ -17,18 +17,18 @@ pub fn bytes(cloud: &Cloud) -> Vec<u8> {
     let header = [
         "ply\nformat binary_little_endian 1.0\n".to_owned(),
         "comment lit points of a run of ductloop, placed by estimated poses; frame: the world of the scenario, z up; unit: metre\n".to_owned(),
-        format!("comment one point a voxel of {} mm\n", VOXEL_M * 1e3),
+        format!("comment at most one point a voxel of {} mm\n", VOXEL_M * 1e3),
         named("floor", FLOOR),
         named("walls of the first, third, ... duct of survey.json", WALLS[0]),
         named("walls of the second, fourth, ... duct", WALLS[1]),
         named("between the walls: what stands in a duct or across it, and ceilings", INSIDE),
         named("beyond the walls' lines: seen through openings and in bends", BEYOND),
-        format!("element vertex {}\n", cloud.len()),
+        format!("element vertex {}\n", cloud.points().count()),
         "property float x\nproperty float y\nproperty float z\n".to_owned(),
         "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n".to_owned(),
     ];
     let mut bytes = header.concat().into_bytes();
-    for point in cloud.iter() {
+    for point in cloud.points() {
         bytes.extend(point.in_world_m.iter().flat_map(|x| x.to_le_bytes()));
         bytes.extend(colour(point.class));
     }
