@@ -36,6 +36,7 @@ use crate::record::{EndState, FrameRecord, KeyFrames, RunRecord};
 use crate::run_hash::RunHash;
 use crate::scenario::{DuctError, MountControl, Scenario};
 use crate::stage_scores::{Score, TruthScene, score};
+use crate::survey::{Cloud, Notes};
 use crate::viewpoint::{motion, world_from_camera};
 
 /// Why a run could not go on.
@@ -110,7 +111,7 @@ pub fn run_with(
     ClosedLoop::new(scenario, pilot, renderer, pace, Some(scene))?.finish(watch)
 }
 
-/// The same on one thread and without scores of the stages of perception, which no metric needs.
+/// The same on one thread, without scores of the stages of perception and without a cloud of points, which no metric needs.
 ///
 /// # Errors
 /// As [`run_with`].
@@ -139,6 +140,7 @@ struct ClosedLoop<'a> {
     stopped_frames: u32,
     frames: Vec<FrameRecord>,
     key_frames: KeyFrames,
+    notes: Notes,
     hash: RunHash,
 }
 
@@ -150,11 +152,14 @@ impl<'a> ClosedLoop<'a> {
         pace: Pace,
         scene: Option<TruthScene>,
     ) -> Result<Self, RunError> {
+        let body = Body::new(scenario)?;
+        let world_from_first = body.network.centreline.pose_at(scenario.start.distance_m);
         Ok(Self {
             scenario,
             faults: Faults::new(scenario),
             pace,
-            body: Body::new(scenario)?,
+            notes: scene.as_ref().map_or_else(Notes::default, |_| Notes::with_cloud(Cloud::new(world_from_first))),
+            body,
             head: Head::new(scenario, pilot, renderer),
             scene,
             pending: None,
@@ -245,6 +250,7 @@ impl<'a> ClosedLoop<'a> {
         let (frame, image) = (self.frames.len() as u64, self.head.image());
         self.hash.frame(tick, &truth, image, counts, &command);
         self.key_frames.offer(frame, image, report.stages.lines);
+        self.notes.take(&report);
         let stopped = report.state == State::Stopped || self.body.controllers.are_down();
         self.stopped_frames = if stopped { self.stopped_frames + 1 } else { 0 };
         // What was made of another frame is not held against this one.
@@ -313,6 +319,7 @@ impl<'a> ClosedLoop<'a> {
             sim_time_s: self.body.time_s(),
             collisions: self.body.world.collisions(),
             distance_m: truth.distance_m - self.scenario.start.distance_m,
+            notes: self.notes,
             run_hash: self.hash.value(),
         }
     }

@@ -58,6 +58,7 @@ mod single_run;
 pub mod stage_picture;
 pub mod stage_scores;
 mod stream;
+pub mod survey;
 #[cfg(feature = "cli")]
 pub mod sweep;
 #[cfg(feature = "cli")]

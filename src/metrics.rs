@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::record::{EndState, FrameRecord, RunRecord};
 use crate::scenario::{Bound, Measured, Scenario};
+use crate::survey::Survey;
 
 /// The figures of a run, against the truth. What was not measured is `None`.
 ///
@@ -42,8 +43,14 @@ pub struct Metrics {
     pub contact_speed_max_m_s: f64,
     /// Least distance between the robot and any wall at any exposure. Between two a collision may have come and gone.
     pub min_clearance_m: Option<f64>,
-    /// Junctions passed as the route names them.
+    /// Junctions passed as the route names them, by the truth.
     pub junctions_taken: u32,
+    /// Distance between believed and true place at the end, over the way.
+    pub survey_drift_share: Option<f64>,
+    /// Largest error of a surveyed length, as a share of it, over straights of at least a metre.
+    pub survey_length_error_max: Option<f64>,
+    /// Largest error of a surveyed width, over ducts driven along for at least a metre.
+    pub survey_width_error_max_m: Option<f64>,
     /// RMS rate of change of the commanded wheel speeds, in rad/s2.
     pub control_effort: Option<f64>,
 }
@@ -124,7 +131,7 @@ fn settled<'a>(scenario: &'a Scenario) -> impl Fn(&&'a FrameRecord) -> bool + 'a
 impl Metrics {
     /// Metrics that are numbers and bear on the result, by their names in the summary: all but `completed`, `end_state` and what
     /// depends on the machine.
-    pub const NUMBERS: [&str; 14] = [
+    pub const NUMBERS: [&str; 17] = [
         "distance_m",
         "sim_time_s",
         "lateral_rms_m",
@@ -138,6 +145,9 @@ impl Metrics {
         "contact_speed_max_m_s",
         "min_clearance_m",
         "junctions_taken",
+        "survey_drift_share",
+        "survey_length_error_max",
+        "survey_width_error_max_m",
         "control_effort",
     ];
 
@@ -155,6 +165,8 @@ impl Metrics {
             let [a, b] = [&pair[0], &pair[1]].map(|f| f.command.wheel_speed_rad_s);
             [(b.left - a.left) * camera_hz, (b.right - a.right) * camera_hz]
         });
+        let survey = Survey::of(scenario, run);
+        let survey = survey.as_ref();
         Self {
             completed: run.end == EndState::Finished,
             end_state: run.end.word(),
@@ -172,7 +184,10 @@ impl Metrics {
             collisions: run.collisions.count,
             contact_speed_max_m_s: run.collisions.contact_speed_max_m_s,
             min_clearance_m: run.frames.iter().map(|f| f.truth.clearance_m).reduce(f64::min),
-            junctions_taken: 0,
+            junctions_taken: survey.map_or(0, |survey| survey.junctions_taken),
+            survey_drift_share: survey.and_then(|survey| survey.drift_share),
+            survey_length_error_max: survey.and_then(Survey::length_error_max),
+            survey_width_error_max_m: survey.and_then(Survey::width_error_max_m),
             control_effort: rms(effort),
         }
     }
@@ -198,6 +213,9 @@ impl Metrics {
             "contact_speed_max_m_s" => Measured::Number(self.contact_speed_max_m_s),
             "min_clearance_m" => number(self.min_clearance_m),
             "junctions_taken" => Measured::Number(f64::from(self.junctions_taken)),
+            "survey_drift_share" => number(self.survey_drift_share),
+            "survey_length_error_max" => number(self.survey_length_error_max),
+            "survey_width_error_max_m" => number(self.survey_width_error_max_m),
             "control_effort" => number(self.control_effort),
             _ => Measured::Nothing,
         }
@@ -321,7 +339,16 @@ mod tests {
         let frames: Vec<FrameRecord> = laterals_mm.iter().enumerate().map(frame).collect();
         let collisions = frames.last().map_or(Collisions::default(), |f| f.collisions);
         let (sim_time_s, distance_m) = (frames.len() as f64, frames.len() as f64);
-        RunRecord { frames, key_frames: KeyFrames::default(), end, sim_time_s, collisions, distance_m, run_hash: 0 }
+        RunRecord {
+            frames,
+            key_frames: KeyFrames::default(),
+            end,
+            sim_time_s,
+            collisions,
+            distance_m,
+            notes: Default::default(),
+            run_hash: 0,
+        }
     }
 
     #[test]

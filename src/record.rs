@@ -14,6 +14,7 @@ use ductloop_sim::truth::Truth;
 use crate::grey_image::GreyImage;
 use crate::link::LinkCounts;
 use crate::stage_scores::Score;
+use crate::survey::Notes;
 
 /// What the controllers on the body were at, and what became of what they were told.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -193,6 +194,8 @@ pub struct RunRecord {
     pub collisions: Collisions,
     /// Distance along the centreline from start to end, in metres.
     pub distance_m: f64,
+    /// What the navigator made known of the duct.
+    pub notes: Notes,
     /// XXH3-128 over each frame's tick, pose, image, counts and command.
     pub run_hash: u128,
 }

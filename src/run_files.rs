@@ -4,6 +4,7 @@ use crate::output::{FolderError, Manifest, RunFolder, Summary, frames, key_frame
 use crate::record::RunRecord;
 use crate::report::{self, ReportError};
 use crate::scenario::Scenario;
+use crate::survey::{Survey, ply};
 
 /// Why a run's folder could not be filled.
 #[derive(Debug, thiserror::Error)]
@@ -41,6 +42,12 @@ pub fn write_run(
     folder.write("frames.parquet", &frames::parquet(&run.frames)?)?;
     for (name, picture) in key_frames::pictures(run)? {
         folder.write(&name, &picture)?;
+    }
+    if let Some(survey) = Survey::of(scenario, run) {
+        folder.write("survey.json", survey.to_json()?.as_bytes())?;
+    }
+    if let Some(cloud) = &run.notes.cloud {
+        folder.write("survey.ply", &ply::bytes(cloud))?;
     }
     folder.write("report.html", report::html(scenario, run, summary, manifest)?.as_bytes())?;
     folder.write("summary.json", summary.to_json()?.as_bytes())?;

@@ -140,6 +140,7 @@ fn made_up(scenario: &Scenario, lateral_m: f64) -> RunRecord {
         sim_time_s: 10.0,
         collisions: Collisions { count: 1, contact_speed_max_m_s: 0.02 },
         distance_m: 5.0,
+        notes: Default::default(),
         run_hash: 0xabc,
     }
 }
@@ -269,7 +270,15 @@ fn a_run_leaves_one_whole_folder_and_nothing_of_the_run_before() {
     assert!(files_below(out.path()).is_empty() && fs::read_dir(out.path()).expect("a folder").next().is_none());
     write_run(&folder, &scenario, &run, &summary, &manifest()).expect("a folder");
     let expected = files_below(folder.path());
-    for file in ["scenario.toml", "manifest.json", "frames.parquet", "summary.json", "report.html", "frames/000000-lines.png"] {
+    for file in [
+        "scenario.toml",
+        "manifest.json",
+        "frames.parquet",
+        "summary.json",
+        "survey.json",
+        "report.html",
+        "frames/000000-lines.png",
+    ] {
         assert!(expected.contains(file), "{file} is missing from {expected:?}");
     }
     assert_eq!(expected.iter().filter(|file| file.starts_with("frames/")).count(), 12);

@@ -270,6 +270,8 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
     fn look_ahead(&mut self) {
         let place = self.place();
         self.pose = self.course.first_from_base(place.lateral_m, place.heading_rad);
+        // State 2 of the filter is the duct's width.
+        self.course.measured_width(place.width_m, self.localiser.estimate().map(|estimate| estimate.deviation(2)));
         let ranges = if self.is_frozen { &[] } else { self.perception.stages().ranges };
         if let Some(entered) = self.course.look(&place, ranges) {
             self.localiser.enter(entered.lateral_m, entered.heading_rad, entered.width_m);

@@ -123,6 +123,7 @@ fn never_begun() -> RunRecord {
         sim_time_s: 0.0,
         collisions: Default::default(),
         distance_m: 0.0,
+        notes: Default::default(),
         run_hash: 0,
     }
 }

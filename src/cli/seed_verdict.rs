@@ -111,6 +111,9 @@ mod tests {
             contact_speed_max_m_s: 0.0,
             min_clearance_m: None,
             junctions_taken: 0,
+            survey_drift_share: None,
+            survey_length_error_max: None,
+            survey_width_error_max_m: None,
             control_effort: None,
         };
         let (scenario, renderer) = ("t".into(), "cpu".into());

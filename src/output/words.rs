@@ -25,7 +25,7 @@ const fn words(metric: &'static str, label: &'static str, unit: &'static str, pe
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
 /// All metrics of a summary, in its order.
-pub const METRICS: [MetricWords; 18] = [
+pub const METRICS: [MetricWords; 21] = [
     words("completed", "finish line passed", "", 1.0),
     words("end_state", "how it ended", "", 1.0),
     words("distance_m", "distance covered", "m", 1.0),
@@ -43,6 +43,9 @@ pub const METRICS: [MetricWords; 18] = [
     words("contact_speed_max_m_s", "highest contact speed", "mm/s", 1e3),
     words("min_clearance_m", "least clearance", "mm", 1e3),
     words("junctions_taken", "junctions taken", "", 1.0),
+    words("survey_drift_share", "drift of the survey over the way", "%", 100.0),
+    words("survey_length_error_max", "largest error of a surveyed length", "%", 100.0),
+    words("survey_width_error_max_m", "largest error of a surveyed width", "mm", 1e3),
     words("control_effort", "control effort", "rad/s²", 1.0),
 ];
 
@@ -221,6 +224,9 @@ mod tests {
             contact_speed_max_m_s: 0.0,
             min_clearance_m: Some(0.02),
             junctions_taken: 0,
+            survey_drift_share: None,
+            survey_length_error_max: None,
+            survey_width_error_max_m: None,
             control_effort: None,
         };
         let held = |metric, bound, metrics: &Metrics| {

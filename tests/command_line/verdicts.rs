@@ -88,6 +88,9 @@ fn the_document_has_the_agreed_fields_in_the_agreed_order() {
         "contact_speed_max_m_s",
         "min_clearance_m",
         "junctions_taken",
+        "survey_drift_share",
+        "survey_length_error_max",
+        "survey_width_error_max_m",
         "control_effort",
     ];
     assert_eq!(keys(&run["metrics"]), metrics);

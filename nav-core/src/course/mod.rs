@@ -24,7 +24,7 @@ use crate::perception::RangePoint;
 use bend::{Bend, OnPath};
 use itinerary::Itinerary;
 pub use itinerary::Mission;
-pub use log::{DuctRecord, Log};
+pub use log::{DuctRecord, Log, Met};
 use passage::Passage;
 use route::Turn;
 use taper::Taper;
@@ -299,6 +299,13 @@ impl Course {
         }
     }
 
+    /// How wide the duct is, in metres, and that figure's deviation: for the log, where the duct is straight.
+    pub fn measured_width(&mut self, width_m: f64, deviation_m: Option<f64>) {
+        if self.phase == Phase::Along {
+            self.log.measured(width_m, deviation_m);
+        }
+    }
+
     /// Takes in what a frame shows from where the robot stands in its duct; says if it is in another one from now on.
     pub fn look(&mut self, place: &DuctPlace, ranges: &[RangePoint]) -> Option<Entered> {
         if !ranges.is_empty() && self.phase != Phase::TurningRound {
@@ -306,10 +313,7 @@ impl Course {
         }
         let pose = [place.along_m, place.lateral_m, place.heading_rad];
         match self.phase {
-            Phase::Along => {
-                self.log.measured(place.width_m);
-                self.plan(place);
-            }
+            Phase::Along => self.plan(place),
             Phase::Entering(bend) => {
                 let bend = self.looked_round(bend, place);
                 let way_m = bend.project(pose).way_m;
@@ -416,7 +420,8 @@ impl Course {
                 }
                 self.phase = Phase::Entering(bend);
             }
-        } else if blocked_m(&outlook).is_some_and(|at_m| self.along_m >= at_m - self.room_m() - AT_REST_M) {
+        } else if let Some(at_m) = blocked_m(&outlook).filter(|at_m| self.along_m >= at_m - self.room_m() - AT_REST_M) {
+            self.log.blocked(outlook.fitting, at_m);
             self.phase = match (outlook.fitting, turn) {
                 (Fitting::DeadEnd | Fitting::Drop | Fitting::Obstacle, Some(Turn::TurnBack)) => Phase::TurningRound,
                 (_, Some(Turn::Stop)) => Phase::AtTheEnd(End::Route),
@@ -467,6 +472,7 @@ impl Course {
             return;
         }
         self.passing = outlook.features.openings.map(|open| open.map(|o| [o.from_m, o.to_m.unwrap_or(o.from_m + place.width_m)]));
+        self.log.passed(outlook.fitting, outlook.at_m);
         self.take_turn(outlook.fitting);
     }
 

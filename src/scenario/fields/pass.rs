@@ -40,6 +40,20 @@ pub(super) const FIELDS: &[Field] = &[
     criterion("pass.estimates_valid_min", 1.0, "estimates_valid").about("Least share of frames with a valid estimate."),
     criterion("pass.sim_time_s", 36_000.0, "sim_time_s").unit("s").about("Longest simulated time."),
     criterion("pass.distance_min_m", 1e5, "distance_m").unit("m").about("Least distance covered along the centreline."),
+    Field::new(
+        "pass.junctions_taken_min",
+        Kind::Integer { min: 0, max: 1_000_000 },
+        Slot::Criterion("junctions_taken", Scale::Si),
+    )
+    .or(Default::Absent("not looked at"))
+    .about("Least number of junctions passed as the route names them."),
+    criterion("pass.survey_drift_share", 1.0, "survey_drift_share")
+        .about("Largest distance between believed and true place at the end, over the way."),
+    criterion("pass.survey_length_error_max", 1.0, "survey_length_error_max")
+        .about("Largest error of a surveyed length of at least a metre, as a share of it."),
+    criterion("pass.survey_width_error_max_mm", 1e4, "survey_width_error_max_m")
+        .milli("mm")
+        .about("Largest error of a surveyed width, in ducts driven along for at least a metre."),
     criterion("pass.control_effort", 1e6, "control_effort").about("Largest control effort, in the summary's own measure."),
     Field::number("pass.settle_m", 0.0, 1e5, |s| &mut s.pass.settle_m)
         .unit("m")
