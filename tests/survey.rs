@@ -9,7 +9,7 @@ use ductloop::{Engine, Metrics, Pilot, Scenario};
 use serde_json::Value;
 
 /// 4 m to a cap: the robot stops before it.
-const DEAD_END: &str = "run = [{ straight_m = 4.0 }]\nexit = \"cap\"";
+const DEAD_END: &str = "run = [{ straight_m = 4.0 }]\nexit = \"cap\"\n[finish]\nbefore_end_m = 0.0";
 const MITRE: &str = "run = [{ straight_m = 3.0 }, { mitre_deg = 90 }, { straight_m = 3.0 }]\nexit = \"open\"";
 const PAST_A_TEE: &str = "run = [{ straight_m = 2.5 }, { tee = \"left\", name = \"t\" }, { straight_m = 2.5 }]\nexit = \"cap\"\n\
                           [[duct.branch]]\nfrom = \"t.left\"\nrun = [{ straight_m = 2.0 }]\nend = \"cap\"\n\
