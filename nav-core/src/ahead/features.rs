@@ -1,7 +1,7 @@
 //! What the strip shows: openings in the side walls, and what stands across.
 
 use super::change::WallChange;
-use super::strip::{BIN_M, Ends, Flank, Strip};
+use super::strip::{BIN_M, Flank, Strip, widened};
 
 /// Fewest rays that say that a wall's bin is open, or closed.
 const FEWEST_RAYS: f64 = 3.0;
@@ -128,12 +128,11 @@ impl Strip {
     /// by more than a stray range.
     fn is_deep(&self, side: usize, opening: &Opening, half_m: f64, ends: bool) -> bool {
         let bins = Self::number(opening.from_m)..Self::number(opening.open_to_m);
-        let behind = bins
-            .filter_map(|number| Some(self.bin(number)?.flanks[side].ends))
-            .fold(Ends::default(), |all, ends| all.with(&ends));
-        let Some([along_m, across_m]) = behind.spread_m() else { return false };
-        let deep_m = behind.farthest_m - half_m;
-        deep_m > LEAST_DEEP_M && (ends || across_m > ACROSS_SHARE * along_m || deep_m > DEEP_SHARE * half_m)
+        let behind = bins.filter_map(|number| self.bin(number)?.flanks[side].ends_m);
+        let Some([along_m, offset_m]) = behind.fold(None, |all, ends| Some(widened(all, ends))) else { return false };
+        let deep_m = offset_m[1] - half_m;
+        deep_m > LEAST_DEEP_M
+            && (ends || offset_m[1] - offset_m[0] > ACROSS_SHARE * (along_m[1] - along_m[0]) || deep_m > DEEP_SHARE * half_m)
     }
 
     /// The next opening of a side's wall, and how far the wall is closed.

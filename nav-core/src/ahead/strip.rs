@@ -27,8 +27,8 @@ pub(super) struct Flank {
     pub(super) closed: f64,
     /// Rays that passed through where it would be.
     pub(super) open: f64,
-    /// Where these ended.
-    pub(super) ends: Ends,
+    /// Where these ended: the least and the greatest place along the duct and offset from its middle, in metres.
+    pub(super) ends_m: Option<[[f64; 2]; 2]>,
     /// Points on this side, off the middle half, wherever across: how many, the sum of their offsets from the middle, the least and the
     /// greatest, in metres.
     pub(super) points: f64,
@@ -39,7 +39,7 @@ pub(super) struct Flank {
 impl Flank {
     fn pass_through(&mut self, end_m: [f64; 2]) {
         self.open += 1.0;
-        self.ends.note(end_m);
+        self.ends_m = Some(widened(self.ends_m, end_m.map(|at| [at; 2])));
     }
 
     fn note(&mut self, offset_m: f64) {
@@ -50,44 +50,10 @@ impl Flank {
     }
 }
 
-/// Where rays ended: how many, and the moments of their places along the duct and offsets from its middle.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Ends {
-    count: f64,
-    sum_m: [f64; 2],
-    square_m2: [f64; 2],
-    /// Greatest offset from the middle, in metres.
-    pub(super) farthest_m: f64,
-}
-
-impl Ends {
-    fn note(&mut self, end_m: [f64; 2]) {
-        self.count += 1.0;
-        for axis in 0..2 {
-            self.sum_m[axis] += end_m[axis];
-            self.square_m2[axis] += end_m[axis] * end_m[axis];
-        }
-        self.farthest_m = self.farthest_m.max(end_m[1]);
-    }
-
-    /// All of both.
-    pub(super) fn with(&self, other: &Self) -> Self {
-        Self {
-            count: self.count + other.count,
-            sum_m: [0, 1].map(|axis| self.sum_m[axis] + other.sum_m[axis]),
-            square_m2: [0, 1].map(|axis| self.square_m2[axis] + other.square_m2[axis]),
-            farthest_m: self.farthest_m.max(other.farthest_m),
-        }
-    }
-
-    /// Standard deviation along the duct and across it, in metres; `None` where nothing ended.
-    pub(super) fn spread_m(&self) -> Option<[f64; 2]> {
-        let spread = |axis: usize| {
-            let mean = self.sum_m[axis] / self.count;
-            (self.square_m2[axis] / self.count - mean * mean).max(0.0).sqrt()
-        };
-        (self.count > 0.0).then(|| [spread(0), spread(1)])
-    }
+/// Ranges that hold both.
+pub(super) fn widened(ranges: Option<[[f64; 2]; 2]>, more: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
+    let Some(ranges) = ranges else { return more };
+    std::array::from_fn(|axis| [ranges[axis][0].min(more[axis][0]), ranges[axis][1].max(more[axis][1])])
 }
 
 /// The inside, as rays found it.

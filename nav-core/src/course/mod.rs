@@ -91,8 +91,6 @@ const CREEP_M_S: f64 = 0.03;
 const OPEN_MARGIN_M: f64 = 0.05;
 /// A transition nearer than this is gone through though it is not seen any more, in metres.
 const FORGOTTEN_M: f64 = 0.4;
-/// A plan holds from this before its beginning on, in metres.
-const HELD_M: f64 = 0.35;
 /// It has turned round when so little is left, in radians, and brakes so hard towards it, in rad/s2.
 const ROUND_RAD: f64 = 0.03;
 const ROUND_BRAKING_RAD_S2: f64 = 0.5;
@@ -390,10 +388,7 @@ impl Course {
             return;
         }
         let turn = self.itinerary.turn(outlook.fitting);
-        // Right before a bend its far side is out of view: what was planned holds.
-        let holds = self.planned.is_some_and(|passage| passage.start_m() - self.along_m < HELD_M);
         match (outlook.fitting, turn) {
-            _ if holds => {}
             (Fitting::Elbow(side), _) => self.plan_bend(place, &outlook, side),
             (Fitting::Branch(Side::Left) | Fitting::Cross | Fitting::BullheadTee, Some(Turn::Left)) => {
                 self.plan_bend(place, &outlook, Side::Left);
