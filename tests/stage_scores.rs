@@ -121,7 +121,7 @@ fn lines_walls_and_the_answer_score_as_they_were_displaced() {
         }),
         ..Measurement::default()
     };
-    let score = shown.score(&Stages { centres: &[], lines: &lines, planes: &planes }, &measurement);
+    let score = shown.score(&Stages { lines: &lines, planes: &planes, ..Stages::default() }, &measurement);
     // Half a pixel along the column is less across a slanted stripe.
     let across = 0.5 / (1.0 + first.slope * first.slope).sqrt();
     assert!((score.lines.rms_px().unwrap() - across).abs() < 1e-3, "{:?} {across}", score.lines);

@@ -1,0 +1,41 @@
+//! The library's networks, driven by what the camera sees: elbows, tees, a dead end to turn round in.
+
+use std::path::Path;
+
+use ductloop::{Engine, Pilot, Scenario, Verdict, run_on};
+
+fn drive(name: &str) -> ductloop::Outcome {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/networks").join(name);
+    let scenario = Scenario::read(&file, &Default::default()).unwrap_or_else(|wrong| panic!("{wrong}"));
+    run_on(&Engine::Cpu, &scenario, Pilot::of(&scenario)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+#[test]
+fn elbows_are_driven_through() {
+    for name in ["elbow-mitred.toml", "elbows.toml"] {
+        let outcome = drive(name);
+        assert_eq!((outcome.verdict, &outcome.reasons), (Verdict::Pass, &vec![]), "{name}");
+        // Told for what it is, before the robot is in it.
+        let told = outcome.record.frames.iter().any(|frame| frame.outlook.is_some_and(|o| o.fitting.word() == "elbow-left"));
+        assert!(told, "{name}");
+    }
+}
+
+#[test]
+fn a_route_through_tees_is_taken() {
+    let outcome = drive("tees.toml");
+    assert_eq!((outcome.verdict, &outcome.reasons), (Verdict::Pass, &vec![]));
+}
+
+/// Without a route it stands before the end of its duct, and says why.
+#[test]
+fn it_stands_before_a_dead_end() {
+    let text = "format = 1\nkind = \"scenario\"\nname = \"cap\"\ntime_limit_s = 30.0\n[duct]\nwidth_m = 0.5\nheight_m = 0.3\nsurface = \"galvanised-dusty\"\n\
+                run = [{ straight_m = 3.0 }]\nexit = \"cap\"\n[pass]\ncollisions = 0\nend_state = \"stopped\"\n";
+    let scenario = Scenario::from_toml_str(text).unwrap_or_else(|wrong| panic!("{wrong}"));
+    let outcome = run_on(&Engine::Cpu, &scenario, Pilot::of(&scenario)).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!((outcome.verdict, &outcome.reasons), (Verdict::Pass, &vec![]));
+    let last = outcome.record.frames.last().expect("a frame");
+    assert!((2.7..2.8).contains(&last.truth.distance_m), "{:?}", last.truth.distance_m);
+    assert_eq!(last.reason, Some(ductloop_nav::navigator::Reason::DeadEnd));
+}
