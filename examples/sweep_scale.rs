@@ -68,7 +68,7 @@ fn made_up(index: u64, hash: CaseHash) -> Outcome {
         verdict: if index.is_multiple_of(11) { Verdict::Fail } else { Verdict::Pass },
         reasons: String::new(),
         end_state: Some("finished".into()),
-        metrics: [Some((index % 97) as f64 * 1e-5); 14],
+        metrics: [Some((index % 97) as f64 * 1e-5); ductloop::Metrics::NUMBERS.len()],
         run_hash: Some(format!("{index:032x}")),
         error: None,
         wall_time_s: 1.0,
