@@ -31,7 +31,7 @@ fn a_route_through_tees_is_taken() {
 #[test]
 fn it_stands_before_a_dead_end() {
     let text = "format = 1\nkind = \"scenario\"\nname = \"cap\"\ntime_limit_s = 30.0\n[duct]\nwidth_m = 0.5\nheight_m = 0.3\nsurface = \"galvanised-dusty\"\n\
-                run = [{ straight_m = 3.0 }]\nexit = \"cap\"\n[pass]\ncollisions = 0\nend_state = \"stopped\"\n";
+                run = [{ straight_m = 3.0 }]\nexit = \"cap\"\n[finish]\nbefore_end_m = 0.2\n[pass]\ncollisions = 0\nend_state = \"stopped\"\n";
     let scenario = Scenario::from_toml_str(text).unwrap_or_else(|wrong| panic!("{wrong}"));
     let outcome = run_on(&Engine::Cpu, &scenario, Pilot::of(&scenario)).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((outcome.verdict, &outcome.reasons), (Verdict::Pass, &vec![]));

@@ -256,7 +256,7 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
     /// Takes in the walls beside the robot, where they are straight.
     fn look_beside(&mut self, stretch: &Stretch, tick: Tick) -> Sight {
         let walls = ahead::side_walls(self.perception.stages().ranges, &self.place(), stretch);
-        walls.map_or(Sight::None, |walls| self.localiser.look_at(&walls, tick, false))
+        walls.map_or(Sight::None, |walls| self.localiser.look_at(&walls, tick, true))
     }
 
     /// Where the robot is believed to be in its duct.

@@ -12,8 +12,8 @@ use crate::perception::side_walls::SideWalls;
 /// Standard deviation of a point across the wall, in metres.
 const POINT_M: f64 = 0.004;
 /// What all points of a wall have in common is added: standard deviations, in metres and radians.
-const COMMON_M: f64 = 0.004;
-const COMMON_RAD: f64 = 0.007;
+const COMMON_M: f64 = 0.002;
+const COMMON_RAD: f64 = 0.004;
 /// Fewest points of a wall, and the shortest piece of it, in metres.
 const FEWEST: u32 = 8;
 const SHORTEST_M: f64 = 0.15;

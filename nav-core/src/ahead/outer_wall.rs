@@ -40,6 +40,8 @@ const FEWEST: usize = 60;
 const BEFORE_M: f64 = 0.3;
 /// A bend's outer wall is within so many widths of the end of the near wall, as far as it is in this duct.
 const BEHIND_WIDTHS: f64 = 2.5;
+/// Least and greatest width of the duct behind a bend, in widths of the one before it.
+const WIDTHS: [f64; 2] = [0.45, 2.2];
 /// Points this near the side wall's line are taken for it, in metres.
 const ON_SIDE_M: f64 = 0.04;
 
@@ -110,6 +112,10 @@ pub(super) fn find(points: &[[f64; 2]], place: &DuctPlace, side: Side, opening: 
         off_m = sin * (mean[0] - corner[0]) - cos * (mean[1] - corner[1]);
         let across = sin * sin * ss - 2.0 * sin * cos * sy + cos * cos * yy;
         fit = (n as usize, mean, (across / f64::from(n)).max(0.0).sqrt());
+    }
+    // Ducts behind bends are about as wide as those before them: half, or twice.
+    if !(WIDTHS[0] * place.width_m..=WIDTHS[1] * place.width_m).contains(&off_m) {
+        return None;
     }
     let all = points.len();
     let (points, mean, rms_m) = fit;

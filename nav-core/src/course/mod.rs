@@ -87,10 +87,10 @@ const PASSING_NEAR_M: f64 = 0.04;
 const AT_REST_M: f64 = 0.02;
 /// Slowest speed towards where it is to stand, in m/s.
 const CREEP_M_S: f64 = 0.03;
-/// Walls count as straight up to this before an opening, in metres.
-const OPEN_MARGIN_M: f64 = 0.05;
 /// A transition nearer than this is gone through though it is not seen any more, in metres.
 const FORGOTTEN_M: f64 = 0.4;
+/// A plan holds from this before its beginning on, in metres.
+const HELD_M: f64 = 0.35;
 /// It has turned round when so little is left, in radians, and brakes so hard towards it, in rad/s2.
 const ROUND_RAD: f64 = 0.03;
 const ROUND_BRAKING_RAD_S2: f64 = 0.5;
@@ -245,18 +245,12 @@ impl Course {
             Phase::Along => match self.planned.filter(|bend| bend.start_m() - self.along_m < PLANNED_M) {
                 Some(bend) => Some(bend.straight_before()),
                 None if self.passing.iter().any(Option::is_some) => Some(self.straight_past()),
-                None => self.straight_to(),
+                None => None,
             },
             Phase::Entering(bend) => Some(bend.straight_before()),
             Phase::Leaving(bend) => Some(bend.straight_behind()),
             Phase::TurningRound | Phase::AtTheEnd(_) => None,
         }
-    }
-
-    /// Up to what is seen ahead, whatever it is, where that is near.
-    fn straight_to(&self) -> Option<Stretch> {
-        let end_m = self.next_m().filter(|at_m| at_m - self.along_m < PLANNED_M)? - OPEN_MARGIN_M;
-        Some(Stretch { along_m: [[f64::NEG_INFINITY, end_m]; 2], near_m: PASSING_NEAR_M })
     }
 
     /// Where the duct is seen to end being a straight one, in metres along it.
@@ -388,7 +382,10 @@ impl Course {
             return;
         }
         let turn = self.itinerary.turn(outlook.fitting);
+        // Right before a bend its far side is out of view: what was planned holds.
+        let holds = self.planned.is_some_and(|passage| passage.start_m() - self.along_m < HELD_M);
         match (outlook.fitting, turn) {
+            _ if holds => {}
             (Fitting::Elbow(side), _) => self.plan_bend(place, &outlook, side),
             (Fitting::Branch(Side::Left) | Fitting::Cross | Fitting::BullheadTee, Some(Turn::Left)) => {
                 self.plan_bend(place, &outlook, Side::Left);
