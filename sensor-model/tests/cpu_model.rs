@@ -7,7 +7,7 @@ mod common;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use common::scenes::{Scene, scenes};
+use common::scenes::{Scene, fittings, scenes};
 use ductloop_sensor::CpuRenderer;
 use ductloop_sensor::coverage::phi;
 use ductloop_sensor::exposure_parts::{parts, whole};
@@ -334,9 +334,13 @@ fn check(scene: &Scene, bright: f64) {
     assert!(most < SINGLE_DN && apart < bound, "{}: {most} and {apart} DN at {worst:?}, exposed {bright} times", scene.name);
 }
 
+/// Scenes of fittings are held by `fittings.rs`, ray by ray, and by the comparison of the renderers: at a wye's crotch, at bars and vanes
+/// three regions meet in many pixels (0.26 DN at the crotch), of which this model knows nothing.
 #[test]
 fn pixels_of_scenes_made_by_hand_are_the_models() {
-    for scene in scenes().iter().filter(|scene| !scene.name.starts_with("drawn")) {
+    let fittings = fittings();
+    let own = |scene: &&Scene| !scene.name.starts_with("drawn") && !fittings.iter().any(|fitting| fitting.name == scene.name);
+    for scene in scenes().iter().filter(own) {
         check(scene, 1.0);
         // What is dark is told apart more finely.
         check(scene, 8.0);

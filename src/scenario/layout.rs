@@ -75,12 +75,15 @@ pub(super) fn named_port(text: &str) -> Option<(&str, PortName)> {
     Some((name, PortName::named(port)?))
 }
 
+/// A run: the port that it begins at, by its fitting's name, and the names of its fittings.
+pub(super) type NamedRun<'a> = (Option<(&'a str, PortName)>, &'a [String]);
+
 /// The section that each fitting of each run finds at its `in`. The first run begins with `begin`, each other one at the port that it
 /// names; where that port is not there, or only through itself, with `begin` too. `shape` is asked for each fitting once, with its
 /// section.
 pub(super) fn sections(
     begin: Section,
-    runs: &[(Option<(&str, PortName)>, &[String])],
+    runs: &[NamedRun<'_>],
     mut shape: impl FnMut(usize, usize, Section) -> Option<Shape>,
 ) -> Vec<Vec<Section>> {
     let mut found: Vec<Option<Vec<Section>>> = vec![None; runs.len()];

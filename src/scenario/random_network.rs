@@ -148,7 +148,7 @@ fn begin(wanted: &Wanted, draws: &mut Draws) -> Option<Duct> {
                 break;
             }
         }
-        let Some((next, next_run)) = grown else { return None };
+        let (next, next_run) = grown?;
         (growth, run) = (next, next_run);
     }
     growth.duct.route.turns.push(Turn::Stop);

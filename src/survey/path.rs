@@ -134,7 +134,10 @@ mod tests {
         scenario.duct.network().unwrap_or_else(|wrong| panic!("{wrong}"))
     }
 
-    fn close(found: &[Straight], expected: &[(Option<f64>, Option<f64>, f64, Option<f64>)]) {
+    /// Numbers of a straight, in the order in which they stand in it.
+    type Expected = (Option<f64>, Option<f64>, f64, Option<f64>);
+
+    fn close(found: &[Straight], expected: &[Expected]) {
         assert_eq!(found.len(), expected.len(), "{found:?}");
         let near =
             |a: Option<f64>, b: Option<f64>| a.is_some() == b.is_some() && (a.unwrap_or(0.0) - b.unwrap_or(0.0)).abs() < 1e-9;

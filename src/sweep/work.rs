@@ -281,7 +281,7 @@ impl Crew<'_> {
     /// Counts a case.
     fn tell(&self, passed: bool, found: bool) {
         let tally = {
-            let mut tally = lock(&self.tally);
+            let mut tally = lock(self.tally);
             tally.done += 1;
             tally.found += u64::from(found);
             tally.failed += u64::from(!passed);

@@ -35,11 +35,19 @@ pub struct WallChange {
 
 impl Strip {
     /// Where the wall on a side of a duct that is twice `half_m` wide leaves its line without ending, up to `until`.
-    pub(super) fn change(&self, side: usize, along_m: f64, half_m: f64, until: i64) -> Option<WallChange> {
+    /// `run` is room to work in.
+    pub(super) fn change(
+        &self,
+        side: usize,
+        along_m: f64,
+        half_m: f64,
+        until: i64,
+        run: &mut Vec<(i64, f64)>,
+    ) -> Option<WallChange> {
         let bins = self.ahead_of(along_m);
         let gap = (GAP_M / BIN_M) as i64;
         // Offsets of the wall, bin by bin.
-        let mut run: Vec<(i64, f64)> = Vec::new();
+        run.clear();
         let mut last = i64::MIN;
         for number in bins.start..bins.end.min(until) {
             let Some(flank) = self.bin(number).map(|bin| bin.flanks[side]).filter(|flank| flank.points >= 2.0) else { continue };
@@ -47,7 +55,7 @@ impl Strip {
             let thin_m = THIN_M + THIN_SHARE * (number as f64 * BIN_M - along_m);
             let is_off = (offset_m - half_m).abs() > OFF_M && flank.reach_m[1] - flank.reach_m[0] < thin_m;
             if !run.is_empty() && number - last > gap {
-                if Self::length_m(&run) >= SHORTEST_M {
+                if Self::length_m(run) >= SHORTEST_M {
                     break;
                 }
                 run.clear();
@@ -62,18 +70,17 @@ impl Strip {
                 last = number;
             }
         }
-        if Self::length_m(&run) < SHORTEST_M {
+        if Self::length_m(run) < SHORTEST_M {
             return None;
         }
         let place = |number: i64| (number as f64 + 0.5) * BIN_M;
         // The first bin from which on it keeps its offset long enough.
         let keeps = |from: usize| {
             let rest = &run[from..];
-            let own: Vec<f64> =
-                rest.iter().take_while(|(n, _)| (n - rest[0].0) as f64 * BIN_M <= KEEPS_FOR_M).map(|r| r.1).collect();
-            let mean = own.iter().sum::<f64>() / own.len() as f64;
+            let own = || rest.iter().take_while(|(n, _)| (n - rest[0].0) as f64 * BIN_M <= KEEPS_FOR_M).map(|r| r.1);
+            let mean = own().sum::<f64>() / own().count() as f64;
             let spans = Self::length_m(rest) >= KEEPS_FOR_M;
-            (spans && own.iter().all(|offset| (offset - mean).abs() <= KEEPS_M)).then_some(mean)
+            (spans && own().all(|offset| (offset - mean).abs() <= KEEPS_M)).then_some(mean)
         };
         let (index, offset_m) = (0..run.len()).find_map(|index| Some((index, keeps(index)?)))?;
         // Where it is seen to be off its line it has left it before: back along its slope, which is straight.

@@ -93,7 +93,8 @@ impl Flank {
 
 impl Strip {
     /// What is ahead of a robot at `along_m`.
-    pub(super) fn features(&self, along_m: f64, half_m: f64) -> Features {
+    /// `run` is room to work in.
+    pub(super) fn features(&self, along_m: f64, half_m: f64, run: &mut Vec<(i64, f64)>) -> Features {
         let (across_m, across_reach_m) = self.across(along_m).map_or((None, [0.0; 2]), |(at, reach)| (Some(at), reach));
         let [left, right] = [0, 1].map(|side| self.wall(side, along_m, across_m));
         let until = across_m.map_or(i64::MAX, Self::number);
@@ -101,7 +102,7 @@ impl Strip {
         let goes_on = |change: &WallChange| {
             change.from_m < along_m + CHANGE_WITHIN_M && across_m.is_none_or(|at_m| at_m > change.to_m + 2.0 * half_m)
         };
-        let changes = [0, 1].map(|side| self.change(side, along_m, half_m, until).filter(goes_on));
+        let changes = [0, 1].map(|side| self.change(side, along_m, half_m, until, run).filter(goes_on));
         // Rays that reach a wall which has left its line outwards have passed through no opening.
         let opening = |opening: Option<Opening>, side: usize| {
             let is_wall = |o: &Opening| changes[side].is_some_and(|change| change.from_m <= o.from_m + SAME_M);

@@ -33,6 +33,8 @@ use crate::perception::{RangePoint, Upon};
 
 /// Frames whose points are kept for fitting walls.
 const FRAMES: usize = 12;
+/// Points of a frame, about: two lasers in 160 blocks.
+const MOST_POINTS: usize = 384;
 /// Ranges beyond this are not trusted, in metres: a pixel's error is a decimetre there.
 const FARTHEST_M: f64 = 2.3;
 
@@ -69,6 +71,7 @@ pub struct Ahead {
     points: VecDeque<Vec<[f64; 2]>>,
     spare: Vec<Vec<[f64; 2]>>,
     watch: outlook::Watch,
+    run: Vec<(i64, f64)>,
     outlook: Outlook,
     /// Where the camera is in the base frame, in metres.
     camera_m: [f64; 2],
@@ -80,8 +83,9 @@ impl Ahead {
         Self {
             strip: Strip::default(),
             points: VecDeque::with_capacity(FRAMES),
-            spare: Vec::new(),
+            spare: (0..FRAMES).map(|_| Vec::with_capacity(MOST_POINTS)).collect(),
             watch: outlook::Watch::default(),
+            run: Vec::with_capacity(256),
             outlook: Outlook::default(),
             camera_m,
         }
@@ -124,7 +128,7 @@ impl Ahead {
         });
         self.strip.take(place, rays);
         self.points.push_back(kept);
-        self.outlook = self.watch.look(self.strip.features(place.along_m, place.width_m / 2.0), place);
+        self.outlook = self.watch.look(self.strip.features(place.along_m, place.width_m / 2.0, &mut self.run), place);
         &self.outlook
     }
 

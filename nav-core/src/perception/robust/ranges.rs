@@ -82,6 +82,9 @@ pub(super) struct Ranger {
     /// Where each block's choices begin, and which block it is.
     blocks: Vec<(u32, u16)>,
     chosen: Vec<(u16, [Option<u32>; MOST_LASERS])>,
+    /// Blocks in which two lasers are seen, and those in which they are exchanged.
+    both: Vec<(usize, f64)>,
+    exchange: Vec<usize>,
 }
 
 impl Ranger {
@@ -286,16 +289,17 @@ impl Ranger {
     /// Stripes that touch cross each other: where two lasers are taken to turn away from each other instead, the shorter side of the touch
     /// has them exchanged. (Rows and ranges alone fit both: for two slits the one is the mirror image of the other.)
     fn uncross(&mut self, ridges: &[Ridge]) {
-        let row = |at: u32| ridges[self.candidates[at as usize].ridge].y_px;
         // Blocks in which both of the first two lasers are seen, with how far the one is below the other.
-        let both: Vec<(usize, f64)> =
-            self.chosen.iter().enumerate().filter_map(|(i, (_, taken))| Some((i, row(taken[0]?) - row(taken[1]?)))).collect();
+        let (mut both, mut exchange) = (std::mem::take(&mut self.both), std::mem::take(&mut self.exchange));
+        both.clear();
+        exchange.clear();
+        let row = |at: u32| ridges[self.candidates[at as usize].ridge].y_px;
+        both.extend(self.chosen.iter().enumerate().filter_map(|(i, (_, taken))| Some((i, row(taken[0]?) - row(taken[1]?)))));
         let block = |i: usize| usize::from(self.chosen[both[i].0].0);
         let goes_on = |i: usize| {
             block(i) - block(i - 1) <= TOUCH_BLOCKS
                 && (both[i].1 - both[i - 1].1).abs() <= 3.0 * GOES_ON_PX * (block(i) - block(i - 1)) as f64
         };
-        let mut exchange: Vec<usize> = Vec::new();
         for touch in (1..both.len()).filter(|i| goes_on(*i)) {
             let (before, after) = (both[touch - 1].1, both[touch].1);
             let touches = before.abs() < TOUCH_PX && after.abs() < TOUCH_PX;
@@ -316,7 +320,7 @@ impl Ranger {
             let shorter = if touch - from < to - touch { from..touch } else { touch..to };
             exchange.extend(shorter.map(|i| both[i].0));
         }
-        for i in exchange {
+        for i in exchange.iter().copied() {
             let [Some(a), Some(b)] = [self.chosen[i].1[0], self.chosen[i].1[1]] else { continue };
             let ridges_of = [a, b].map(|at| self.candidates[at as usize].ridge);
             let other = |laser: usize, ridge: usize| {
@@ -326,6 +330,7 @@ impl Ranger {
                 (self.chosen[i].1[0], self.chosen[i].1[1]) = (Some(first), Some(second));
             }
         }
+        (self.both, self.exchange) = (both, exchange);
     }
 
     /// One laser's points, without pieces that are too short.
