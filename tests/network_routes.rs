@@ -27,7 +27,7 @@ fn a_route_through_tees_is_taken() {
     assert_eq!((outcome.verdict, &outcome.reasons), (Verdict::Pass, &vec![]));
 }
 
-/// Without a route it stands before the end of its duct.
+/// Without a route it stands before the end of its duct, and says why.
 #[test]
 fn it_stands_before_a_dead_end() {
     let text = "format = 1\nkind = \"scenario\"\nname = \"cap\"\ntime_limit_s = 30.0\n[duct]\nwidth_m = 0.5\nheight_m = 0.3\nsurface = \"galvanised-dusty\"\n\
@@ -37,4 +37,5 @@ fn it_stands_before_a_dead_end() {
     assert_eq!((outcome.verdict, &outcome.reasons), (Verdict::Pass, &vec![]));
     let last = outcome.record.frames.last().expect("a frame");
     assert!((2.7..2.8).contains(&last.truth.distance_m), "{:?}", last.truth.distance_m);
+    assert_eq!(last.reason, Some(ductloop_nav::navigator::Reason::DeadEnd));
 }

@@ -341,6 +341,13 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
             self.state = State::Stopped;
             return self.stand(Reason::WheelsSwapped);
         }
+        // Where its route ends it sees no wall beside it, and stands for the reason that it stopped for.
+        if let Some(end) = self.course.end()
+            && self.twist == Twist::default()
+        {
+            self.state = State::Stopped;
+            return self.stand(Reason::of_end(end));
+        }
         if blind || (self.state == State::Stopped && !seen) {
             if self.state == State::Unknown {
                 return self.stand(Reason::NothingSeenYet);
@@ -349,12 +356,6 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
             return self.stand(if self.is_frozen { Reason::FrozenCamera } else { Reason::CoastedTooLong });
         }
         (self.state, self.reason) = self.judge(sight);
-        if let Some(end) = self.course.end()
-            && self.twist == Twist::default()
-        {
-            self.state = State::Stopped;
-            return self.stand(Reason::of_end(end));
-        }
         let twist = match self.course.manoeuvre(self.localiser.place().1) {
             Some(wanted) => self.manoeuvre(wanted, period_s),
             None => self.law.twist(&self.at_actuation(wheels, period_s)),

@@ -18,7 +18,7 @@ fn drive(walls: &[Wall], to_m: f64, noise: f64) -> Vec<(f64, Fitting)> {
         .collect()
 }
 
-/// From one and a half widths before it on each fitting is told for what it is, and never is it taken for another one.
+/// From one and a half widths before it on (a transition: 1.2) each fitting is told for what it is, and never is it taken for another one.
 #[test]
 fn fittings_are_told_in_time() {
     for (index, (expected, walls)) in plans().into_iter().enumerate() {
