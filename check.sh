@@ -12,11 +12,13 @@ have_vulkan() {
     [ -n "${VK_DRIVER_FILES:-}${VK_ICD_FILENAMES:-}" ] && return 0
     compgen -G '/usr/share/vulkan/icd.d/*.json' >/dev/null || compgen -G '/etc/vulkan/icd.d/*.json' >/dev/null
 }
+have_numpy() { python3 -c 'import numpy' 2>/dev/null; }
 missing=()
 if [ "$(uname -s)" = Linux ]; then
     have_vulkan || missing+=(mesa-vulkan-drivers)
-    # The example of a navigator in Python.
-    python3 -c 'import numpy' 2>/dev/null || missing+=(python3-numpy)
+    # The example of a navigator in Python: numpy from Debian where `python3` is Debian's, else from PyPI (below).
+    if ! have_numpy && [ "$(command -v python3)" -ef /usr/bin/python3 ]; then missing+=(python3-numpy); fi
+    command -v python3 >/dev/null || missing+=(python3 python3-numpy)
     [ "$(uname -m)" != x86_64 ] || command -v qemu-x86_64 >/dev/null || missing+=(qemu-user)
 fi
 if [ ${#missing[@]} -gt 0 ]; then
@@ -31,6 +33,18 @@ if [ ${#missing[@]} -gt 0 ]; then
         echo "    apt-get install ${missing[*]}" >&2
         exit 1
     fi
+fi
+# A python3 of another make (pyenv, conda, a Mac's) does not read Debian's packages: it gets a virtual environment.
+if ! have_numpy; then
+    environment="${CARGO_TARGET_DIR:-target}"
+    mkdir -p "$environment"
+    environment="$(cd "$environment" && pwd)/python"
+    if [ ! -x "$environment/bin/python3" ] || ! "$environment/bin/python3" -c 'import numpy' 2>/dev/null; then
+        step "installing numpy into $environment"
+        python3 -m venv --clear "$environment"
+        "$environment/bin/python3" -m pip install --quiet --disable-pip-version-check numpy
+    fi
+    export PATH="$environment/bin:$PATH"
 fi
 # What lavapipe and other drivers say about a missing desktop does not belong into test output.
 export XDG_RUNTIME_DIR="${XDG_RUNTIME_DIR:-$(mktemp -d)}"
@@ -55,7 +69,7 @@ cp Cargo.lock examples/own-navigator/Cargo.lock
 cargo run --release --quiet --offline --manifest-path examples/own-navigator/Cargo.toml --target-dir target -- scenarios/straight.toml
 
 step "documentation"
-cargo doc --workspace --no-deps --locked --quiet
+cargo doc --release --workspace --no-deps --locked --quiet
 
 step "figures, the small slice"
 ./figures.sh --slice "$(mktemp -d)/figures.json"
