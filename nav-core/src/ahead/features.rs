@@ -41,34 +41,43 @@ const FREE_SHARE: f64 = 4.0;
 
 /// An opening in a side wall, from where the wall ends to where it goes on, in metres along the duct.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Opening {
+pub(super) struct Opening {
     /// Where the wall ends.
-    pub from_m: f64,
+    pub(super) from_m: f64,
     /// Where it is closed again; `None` where that has not been seen.
-    pub to_m: Option<f64>,
+    pub(super) to_m: Option<f64>,
     /// How far it is known to be open, in metres.
-    pub open_to_m: f64,
+    pub(super) open_to_m: f64,
 }
 
 /// What is seen of the duct ahead.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Features {
+pub(super) struct Features {
     /// The next opening to the left and to the right.
-    pub openings: [Option<Opening>; 2],
+    pub(super) openings: [Option<Opening>; 2],
     /// Where there may be an opening to the left and to the right that is not seen well enough to be one, in metres along the duct.
-    pub doubtful_m: [Option<f64>; 2],
+    pub(super) doubtful_m: [Option<f64>; 2],
     /// Where something stands across the middle, in metres along the duct.
-    pub across_m: Option<f64>,
+    pub(super) across_m: Option<f64>,
     /// How far that reaches to the right and to the left of the middle, in metres.
-    pub across_reach_m: [f64; 2],
+    pub(super) across_reach_m: [f64; 2],
     /// How far the middle is known to be free, in metres along the duct.
-    pub free_to_m: f64,
+    pub(super) free_to_m: f64,
     /// Where the left and the right wall leave their lines without ending.
-    pub changes: [Option<WallChange>; 2],
+    pub(super) changes: [Option<WallChange>; 2],
     /// Where the floor ends, in metres along the duct.
-    pub drop_m: Option<f64>,
+    pub(super) drop_m: Option<f64>,
     /// How far the left and the right wall are known to be closed without an opening, in metres along the duct.
-    pub closed_to_m: [f64; 2],
+    pub(super) closed_to_m: [f64; 2],
+}
+
+impl Features {
+    /// Where walls do not go on along their lines, in metres along the duct: where a fitting may begin.
+    pub(super) fn events_m(&self) -> impl Iterator<Item = f64> {
+        let openings = self.openings.iter().flatten().map(|opening| opening.from_m);
+        let changes = self.changes.iter().flatten().map(|change| change.from_m);
+        openings.chain(self.doubtful_m.iter().flatten().copied()).chain(changes)
+    }
 }
 
 /// A bin of a wall.

@@ -4,37 +4,55 @@
 //!
 //! - `strip`: rays counted in bins along the way: walls closed or open, the inside free or not;
 //! - `change`: side walls that leave their lines without ending;
-//! - `features`: openings in the walls, and what stands across;
-//! - `flanks`: the side walls up to where they end;
+//! - `features`: openings in the walls, and what stands across: where a fitting may begin;
+//! - `sightings`: rays of the last piece of the way;
+//! - `model`: families of fittings with their dimensions, each drawn as a `plan`;
+//! - `matching`: which of them explains the rays best;
 //! - [`outlook`]: which fitting that is, and how sure;
-//! - `outer_wall`, `outer_arc`: the wall that a bend turns along: its direction and place.
+//! - `outer`: what a bend turns along;
+//! - `flanks`: the side walls up to where they end.
 
 mod change;
 mod features;
 mod flanks;
-mod outer_arc;
-mod outer_wall;
+mod matching;
+mod model;
+mod outer;
 pub mod outlook;
+mod plan;
+mod sightings;
 mod strip;
 
-use std::collections::VecDeque;
-
 pub use change::WallChange;
-pub use features::{Features, Opening};
+use features::Features;
 pub use flanks::Stretch;
-pub use outer_arc::OuterArc;
-pub use outer_wall::OuterWall;
+use matching::{Match, Matcher};
+use model::Model;
+pub use outer::{Outer, OuterArc, OuterWall};
 pub use outlook::{Fitting, Outlook, Side};
+use sightings::Sightings;
 pub use strip::DuctPlace;
 use strip::{Ray, RayEnd, Strip};
 
 use crate::perception::side_walls::SideWalls;
 use crate::perception::{RangePoint, Upon};
 
-/// Frames whose points are kept for fitting walls.
-const FRAMES: usize = 12;
-/// Points of a frame, about: two lasers in 160 blocks.
-const MOST_POINTS: usize = 384;
+/// A fitting reaches so many widths of the duct before it behind where it begins and aside of the duct's middle, at most, as far as it is
+/// looked at; a bend that the robot is in, so many of its radii.
+const REACH_WIDTHS: [f64; 2] = [2.4, 2.0];
+const ARC_REACH_RADII: f64 = 1.8;
+/// Share of a fitting's dimensions that are taken over from the last time.
+const BLEND: f64 = 0.6;
+/// Ghosts are told from walls up to this share of half the width off the middle.
+const GHOST_SHARE: f64 = 0.5;
+/// Plans are held against the rays with every so many-th frame.
+const EVERY: u64 = 6;
+/// Fewest rays that tell fittings apart.
+const FEWEST_SIGHTS: usize = 60;
+/// A fitting begins where something is seen to, no farther than this behind the first such place, in widths.
+const PLACES_WIDTHS: f64 = 1.2;
+/// Most such places.
+const MOST_PLACES: usize = 8;
 /// Ranges beyond this are not trusted, in metres: a pixel's error is a decimetre there.
 const FARTHEST_M: f64 = 2.3;
 
@@ -45,33 +63,20 @@ pub fn side_walls(ranges: &[RangePoint], place: &DuctPlace, stretch: &Stretch) -
     flanks::find(points, place, stretch)
 }
 
-/// An inner wall that bends away is seen to end this far behind where it begins to bend, in metres, at most.
-const INNER_LATE_M: f64 = 0.3;
-/// An arc must explain this share of the points ...
-const LEAST_SHARE: f64 = 0.6;
-/// ... a straight wall this, ...
-const LEAST_WALL_SHARE: f64 = 0.4;
-/// ... and an arc this much more of them than a straight wall.
-const ARC_BY: f64 = 0.1;
-
-/// What a bend turns along.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Outer {
-    /// A straight wall: of a mitred elbow, of a branch.
-    Wall(OuterWall),
-    /// An arc: of a radius elbow.
-    Arc(OuterArc),
-}
-
 /// The duct ahead, as it is known by now.
 #[derive(Clone, Debug)]
 pub struct Ahead {
     strip: Strip,
-    /// Points of the last frames, in the duct: along and to the left.
-    points: VecDeque<Vec<[f64; 2]>>,
-    spare: Vec<Vec<[f64; 2]>>,
+    sightings: Sightings,
+    matcher: Matcher,
+    /// What explained the rays best when they were last held against plans.
+    matched: Option<Match>,
     watch: outlook::Watch,
+    /// Frames looked at.
+    frames: u64,
+    /// Room to work in.
     run: Vec<(i64, f64)>,
+    places_m: Vec<f64>,
     outlook: Outlook,
     /// Where the camera is in the base frame, in metres.
     camera_m: [f64; 2],
@@ -82,10 +87,13 @@ impl Ahead {
     pub fn new(camera_m: [f64; 2]) -> Self {
         Self {
             strip: Strip::default(),
-            points: VecDeque::with_capacity(FRAMES),
-            spare: (0..FRAMES).map(|_| Vec::with_capacity(MOST_POINTS)).collect(),
+            sightings: Sightings::new(),
+            matcher: Matcher::new(),
+            matched: None,
             watch: outlook::Watch::default(),
+            frames: 0,
             run: Vec::with_capacity(256),
+            places_m: Vec::with_capacity(MOST_PLACES),
             outlook: Outlook::default(),
             camera_m,
         }
@@ -94,7 +102,16 @@ impl Ahead {
     /// Forgets all: the robot is in another duct.
     pub fn enter(&mut self) {
         self.strip.clear();
-        self.spare.extend(self.points.drain(..));
+        self.sightings.clear();
+        self.matcher.clear();
+        self.matched = None;
+        self.watch = outlook::Watch::default();
+        self.outlook = Outlook::default();
+    }
+
+    /// The fitting that was ahead is behind the robot; what is beyond it was seen already.
+    pub fn passed(&mut self) {
+        self.matched = None;
         self.watch = outlook::Watch::default();
         self.outlook = Outlook::default();
     }
@@ -102,34 +119,39 @@ impl Ahead {
     /// Takes in the ranges of a frame that was exposed at `place`.
     pub fn look(&mut self, place: &DuctPlace, ranges: &[RangePoint]) -> &Outlook {
         self.strip.follow(place.along_m);
-        let from = place.duct_from_base(self.camera_m[0], self.camera_m[1]);
-        let mut kept = if self.points.len() == FRAMES { self.points.pop_front() } else { self.spare.pop() }.unwrap_or_default();
-        kept.clear();
-        let rays = ranges.iter().map(|range| {
-            let point = range.point_in_base;
-            let to = place.duct_from_base(point.x, point.y);
-            let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
-            let range_m = (dx * dx + dy * dy).sqrt();
-            if range.upon == Upon::Nothing {
-                return Ray { from, to, end: RayEnd::NoFloor };
-            }
-            if range.upon == Upon::Air {
-                return Ray { from, to, end: RayEnd::Beyond };
-            }
-            if range_m > FARTHEST_M {
-                let share = FARTHEST_M / range_m;
-                return Ray { from, to: [from[0] + share * dx, from[1] + share * dy], end: RayEnd::Beyond };
-            }
-            let end = if range.upon == Upon::Floor { RayEnd::Floor } else { RayEnd::Surface };
-            if end == RayEnd::Surface {
-                kept.push(to);
-            }
-            Ray { from, to, end }
-        });
-        self.strip.take(place, rays);
-        self.points.push_back(kept);
-        self.outlook = self.watch.look(self.strip.features(place.along_m, place.width_m / 2.0, &mut self.run), place);
+        let rays = || ranges.iter().map(|range| ray(range, place, self.camera_m));
+        // What seems to stand where the duct was seen to be free is a ghost: the other laser's light, taken for this one's.
+        let is_ghost = |ray: &Ray| {
+            ray.end == RayEnd::Surface && ray.to[1].abs() < GHOST_SHARE * place.width_m / 2.0 && self.strip.is_free(ray.to[0])
+        };
+        self.sightings.take(place, rays().filter(|ray| !is_ghost(ray)));
+        self.strip.take(place, rays());
+        let features = self.strip.features(place.along_m, place.width_m / 2.0, &mut self.run);
+        if self.frames.is_multiple_of(EVERY) {
+            self.find(&features, place);
+        }
+        self.frames += 1;
+        self.outlook = self.watch.look(&features, self.matched.as_ref(), place);
         &self.outlook
+    }
+
+    /// Holds plans against the rays.
+    fn find(&mut self, features: &Features, place: &DuctPlace) {
+        let is_near = |model: &Model| model.ends_m() > place.along_m;
+        let near = self.matched.map(|found| found.model).filter(is_near).map(|model| model.begins_m());
+        let across = features.across_m.into_iter().flat_map(|at_m| [at_m, at_m - place.width_m]);
+        self.places_m.clear();
+        self.places_m.extend(features.events_m().chain(across).chain(near).take(MOST_PLACES));
+        let first_m = self.places_m.iter().copied().fold(f64::INFINITY, f64::min);
+        self.places_m.retain(|at_m| *at_m <= first_m + PLACES_WIDTHS * place.width_m);
+        let sights = self.sightings.about(first_m, REACH_WIDTHS.map(|widths| widths * place.width_m));
+        let before = self.matched.take();
+        if sights.len() >= FEWEST_SIGHTS {
+            let found = self.matcher.find(sights, place.width_m, &self.places_m, self.outlook.fitting);
+            // Steadier than any one of them.
+            self.matched =
+                found.map(|found| Match { model: found.model.blended(before.map(|before| before.model), BLEND), ..found });
+        }
     }
 
     /// What it is taken for.
@@ -137,26 +159,46 @@ impl Ahead {
         &self.outlook
     }
 
-    /// The arc that a bend to this side turns along, whose inner wall ends at `ends_m`, as it is known by now.
-    pub fn arc(&self, place: &DuctPlace, side: Side, ends_m: f64) -> Option<OuterArc> {
-        let opening = Opening { from_m: ends_m, to_m: None, open_to_m: ends_m };
-        let points = outer_wall::off_the_walls(self.points.iter().flatten().copied(), place, side, &opening);
-        outer_arc::find(&points, place, side, ends_m).filter(|arc| arc.share >= LEAST_SHARE)
+    /// What the way to this side turns along, if there is one; `width_m` is that of the duct that the robot is in.
+    pub fn outer(&self, side: Side, width_m: f64) -> Option<Outer> {
+        self.watch.model()?.outer(side, width_m)
     }
 
-    /// The wall that a bend to this side turns along, from the last frames' points: straight or an arc, whichever explains more of them.
-    /// Only an elbow has an arc.
-    pub fn outer(&self, place: &DuctPlace, fitting: Fitting, side: Side, opening: &Opening) -> Option<Outer> {
-        let points = outer_wall::off_the_walls(self.points.iter().flatten().copied(), place, side, opening);
-        let wall = outer_wall::find(&points, place, side, opening);
-        let arc = outer_arc::find(&points, place, side, opening.from_m).filter(|arc| {
-            fitting == Fitting::Elbow(side) && arc.share >= LEAST_SHARE && arc.start_m > opening.from_m - INNER_LATE_M
-        });
-        match (wall, arc) {
-            (Some(wall), Some(arc)) if arc.share > wall.share + ARC_BY => Some(Outer::Arc(arc)),
-            (Some(wall), _) if wall.share >= LEAST_WALL_SHARE => Some(Outer::Wall(wall)),
-            (Some(_), None) => None,
-            (_, arc) => arc.map(Outer::Arc),
+    /// How far a bend along this arc turns, positive to the left, in radians, as it is seen from within a duct of this width; `None` while
+    /// nothing speaks for another angle than the arc's own.
+    pub fn turn_rad(&mut self, arc: &OuterArc, width_m: f64) -> Option<f64> {
+        if !self.frames.is_multiple_of(EVERY) {
+            return None;
         }
+        let side = if arc.turn_rad > 0.0 { Side::Left } else { Side::Right };
+        let model = Model::arc(side, arc.start_m, arc.turn_rad.abs(), arc.radius_m - width_m);
+        let sights = self.sightings.about(arc.start_m, [ARC_REACH_RADII * arc.radius_m; 2]);
+        if sights.len() < FEWEST_SIGHTS {
+            return None;
+        }
+        Some(side.sign() * self.matcher.turn(&model, sights, width_m)?)
+    }
+
+    /// How the left and the right wall move where the duct goes on without a bend.
+    pub fn changes(&self, width_m: f64) -> [Option<WallChange>; 2] {
+        self.watch.model().map_or([None; 2], |model| model.changes(width_m))
+    }
+}
+
+/// A range as a ray in the duct, from a camera at a place of the base frame.
+fn ray(range: &RangePoint, place: &DuctPlace, camera_m: [f64; 2]) -> Ray {
+    let from = place.duct_from_base(camera_m[0], camera_m[1]);
+    let to = place.duct_from_base(range.point_in_base.x, range.point_in_base.y);
+    let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+    let range_m = (dx * dx + dy * dy).sqrt();
+    match range.upon {
+        Upon::Nothing => Ray { from, to, end: RayEnd::NoFloor },
+        Upon::Air => Ray { from, to, end: RayEnd::Beyond },
+        _ if range_m > FARTHEST_M => {
+            let share = FARTHEST_M / range_m;
+            Ray { from, to: [from[0] + share * dx, from[1] + share * dy], end: RayEnd::Beyond }
+        }
+        Upon::Floor => Ray { from, to, end: RayEnd::Floor },
+        Upon::Upright => Ray { from, to, end: RayEnd::Surface },
     }
 }

@@ -1,6 +1,8 @@
 //! Which fitting lies ahead, and how sure that is.
 
-use super::features::{Features, Opening};
+use super::features::Features;
+use super::matching::Match;
+use super::model::{Family, Model};
 use super::strip::DuctPlace;
 
 /// A side of the robot.
@@ -30,6 +32,8 @@ pub enum Fitting {
     Cross,
     /// It becomes wider or narrower.
     Transition,
+    /// It goes on aside of where it was, by an S-bend to this side.
+    Offset(Side),
     /// Its floor ends.
     Drop,
     /// Something stands in it that does not reach from wall to wall.
@@ -51,6 +55,8 @@ impl Fitting {
             Self::BullheadTee => "bullhead-tee",
             Self::Cross => "cross",
             Self::Transition => "transition",
+            Self::Offset(Side::Left) => "offset-left",
+            Self::Offset(Side::Right) => "offset-right",
             Self::Drop => "drop",
             Self::Obstacle => "obstacle",
             Self::DeadEnd => "dead-end",
@@ -84,26 +90,32 @@ pub struct Outlook {
     pub distance_m: f64,
     /// Share of the last frames that showed this fitting.
     pub confidence: f64,
-    /// What it rests on.
-    pub features: Features,
+    /// Where the left and the right wall are open there, from and to, in metres along the duct.
+    pub openings: [Option<[f64; 2]>; 2],
+    /// Angle of an elbow, positive to the left, in radians.
+    pub turn_rad: Option<f64>,
+    /// Radius of the middle of a radius elbow, in metres.
+    pub radius_m: Option<f64>,
+    /// Width of the duct behind an elbow or a transition, in metres.
+    pub width_m: Option<f64>,
+    /// Where something stands across the way, or the floor ends, in metres along the duct.
+    pub blocked_m: Option<f64>,
+    /// Where the duct is seen to end being a straight one, whatever it becomes, in metres along it.
+    pub straight_to_m: Option<f64>,
 }
 
 /// Frames over which a fitting must hold.
-const FRAMES: u32 = 8;
+const FRAMES: u32 = 12;
 /// Share of them that must show it.
 const HOLDS: f64 = 0.7;
-/// Both openings belong to one fitting if the second begins within this many widths of the first.
-const TOGETHER_WIDTHS: f64 = 1.2;
-/// The wall opposite an opening must be seen closed so far beyond where that begins, in widths, for there to be no opening in it.
-const OPPOSITE_WIDTHS: f64 = 0.4;
-/// What stands across no farther than this beyond an opening is the opening's own far side, in widths.
-const ENDS_WIDTHS: f64 = 0.5;
-/// Beyond an opening the middle must be seen free by this many widths for the duct to go on.
-const GOES_ON_WIDTHS: f64 = 0.4;
+/// A fitting that this share of the last frames did not show is not known any more.
+const DROPS: f64 = 0.3;
+/// The best model must explain so much more than the best one of another name, and leave no more than this unexplained (both are shares of
+/// the rays).
+const MARGIN: f64 = 0.012;
+const UNEXPLAINED: f64 = 0.45;
 /// A wall that ends a duct is seen to reach so far to both sides, as a share of half the width.
 const SPANS_SHARE: f64 = 0.75;
-/// A wall that is not seen to be closed up to this short of the end leaves a dead end in doubt, in widths.
-const UNSEEN_WIDTHS: f64 = 0.3;
 /// A duct is straight if it is seen to be for this many widths.
 const STRAIGHT_WIDTHS: f64 = 1.5;
 
@@ -115,11 +127,18 @@ pub(super) struct Watch {
     /// ... as an exponential mean over [`FRAMES`].
     share: f64,
     held: Fitting,
+    /// The model of that name which was seen last.
+    model: Option<Model>,
 }
 
 impl Watch {
-    pub(super) fn look(&mut self, features: Features, place: &DuctPlace) -> Outlook {
-        let (fitting, at_m) = classify(&features, place);
+    /// The model of what is held to be ahead.
+    pub(super) fn model(&self) -> Option<&Model> {
+        self.model.as_ref()
+    }
+
+    pub(super) fn look(&mut self, features: &Features, matched: Option<&Match>, place: &DuctPlace) -> Outlook {
+        let (fitting, model) = classify(features, matched, place);
         let weight = 1.0 / f64::from(FRAMES);
         if fitting == self.last {
             self.share += weight * (1.0 - self.share);
@@ -128,52 +147,59 @@ impl Watch {
         }
         if self.share >= HOLDS {
             self.held = self.last;
-        } else if self.held != self.last && self.share >= 0.3 {
+        } else if self.held != self.last && self.share >= DROPS {
             self.held = Fitting::Unknown;
         }
+        if fitting == self.held {
+            self.model = model;
+        } else if self.model.is_some_and(|model| model.fitting() != self.held) {
+            self.model = None;
+        }
         let confidence = if self.held == self.last { self.share } else { 0.0 };
-        Outlook { fitting: self.held, at_m, distance_m: at_m - place.along_m, confidence, features }
+        let blocked_m = features.across_m.into_iter().chain(features.drop_m).min_by(f64::total_cmp);
+        let at_m = match (&self.model, self.held) {
+            (Some(model), _) => model.begins_m(),
+            (None, Fitting::Drop | Fitting::Obstacle | Fitting::DeadEnd) => blocked_m.unwrap_or(features.free_to_m),
+            _ => features.events_m().fold(f64::INFINITY, f64::min).min(features.free_to_m),
+        };
+        let outlook = Outlook {
+            fitting: self.held,
+            at_m,
+            distance_m: at_m - place.along_m,
+            confidence,
+            blocked_m,
+            straight_to_m: features.events_m().chain(features.across_m).chain(features.drop_m).min_by(f64::total_cmp),
+            ..Outlook::default()
+        };
+        self.model.map_or(outlook, |model| Outlook {
+            openings: model.openings(),
+            turn_rad: model.turn_rad(),
+            radius_m: model.radius_m(place.width_m),
+            width_m: model.width_behind_m(place.width_m),
+            ..outlook
+        })
     }
 }
 
-/// The table of which walls end and what stands across.
-fn classify(features: &Features, place: &DuctPlace) -> (Fitting, f64) {
-    let width_m = place.width_m;
-    if let Some(at_m) = features.drop_m {
-        return (Fitting::Drop, at_m);
+/// What it is: a floor that ends, the fitting that explains the rays best, or what is left.
+fn classify(features: &Features, matched: Option<&Match>, place: &DuctPlace) -> (Fitting, Option<Model>) {
+    if features.drop_m.is_some() {
+        return (Fitting::Drop, None);
     }
-    let begins = |opening: &Opening| opening.from_m;
-    let [left, right] = features.openings;
-    let nearer = left.iter().chain(&right).map(begins).fold(f64::INFINITY, f64::min);
-    // An opening much farther on than the first belongs to the next fitting.
-    let here = |opening: Option<Opening>| opening.filter(|o| o.from_m <= nearer + TOGETHER_WIDTHS * width_m);
-    let (left, right) = (here(left), here(right));
-    let last_m = left.iter().chain(&right).map(|o| o.to_m.unwrap_or(o.from_m + width_m)).fold(f64::NEG_INFINITY, f64::max);
-    // What stands across ends this fitting if it is not beyond the openings' own far sides.
-    let across = features.across_m.filter(|at| !nearer.is_finite() || *at <= last_m + ENDS_WIDTHS * width_m);
-    let last_m = features.changes.iter().flatten().map(|change| change.to_m).fold(last_m, f64::max);
-    let goes_on = features.free_to_m >= last_m + GOES_ON_WIDTHS * width_m;
-    // The wall opposite a branch is seen to go on.
-    // What may be an opening is one of this fitting's if it is as near as that could be.
-    let sure = |side: Side| features.doubtful_m[side.index()].is_none_or(|from_m| from_m > nearer + OPPOSITE_WIDTHS * width_m);
-    let closed = |side: Side| sure(side) && features.closed_to_m[side.index()] >= nearer + OPPOSITE_WIDTHS * width_m;
-    match (left, right, across) {
-        (Some(_), Some(_), Some(_)) => (Fitting::BullheadTee, nearer),
-        (Some(_), Some(_), None) if goes_on => (Fitting::Cross, nearer),
-        (Some(_), None, Some(_)) if sure(Side::Right) => (Fitting::Elbow(Side::Left), nearer),
-        (None, Some(_), Some(_)) if sure(Side::Left) => (Fitting::Elbow(Side::Right), nearer),
-        (Some(_), None, None) if goes_on && closed(Side::Right) => (Fitting::Branch(Side::Left), nearer),
-        (None, Some(_), None) if goes_on && closed(Side::Left) => (Fitting::Branch(Side::Right), nearer),
-        (None, None, Some(at)) if features.closed_to_m.iter().all(|to| *to >= at - UNSEEN_WIDTHS * width_m) => {
-            let spans = features.across_reach_m.iter().all(|reach| reach.abs() >= SPANS_SHARE * width_m / 2.0);
-            (if spans { Fitting::DeadEnd } else { Fitting::Obstacle }, at)
+    if let Some(Match { model, cost, other }) = matched
+        && *cost < UNEXPLAINED
+        && other - cost > MARGIN
+        && model.family != Family::Straight
+    {
+        return (model.fitting(), Some(*model));
+    }
+    let is_empty = features.events_m().next().is_none() || matched.is_some_and(|m| m.model.family == Family::Straight);
+    match features.across_m {
+        Some(_) if is_empty => {
+            let spans = features.across_reach_m.iter().all(|reach| reach.abs() >= SPANS_SHARE * place.width_m / 2.0);
+            (if spans { Fitting::DeadEnd } else { Fitting::Obstacle }, None)
         }
-        (None, None, None) if features.changes.iter().any(Option::is_some) && goes_on => {
-            (Fitting::Transition, features.changes.iter().flatten().map(|change| change.from_m).fold(f64::INFINITY, f64::min))
-        }
-        (None, None, None) if features.free_to_m >= place.along_m + STRAIGHT_WIDTHS * width_m => {
-            (Fitting::Straight, features.free_to_m)
-        }
-        _ => (Fitting::Unknown, if nearer.is_finite() { nearer } else { features.free_to_m }),
+        None if is_empty && features.free_to_m >= place.along_m + STRAIGHT_WIDTHS * place.width_m => (Fitting::Straight, None),
+        _ => (Fitting::Unknown, None),
     }
 }

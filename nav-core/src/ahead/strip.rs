@@ -17,6 +17,9 @@ const ON_WALL_M: f64 = 0.015;
 const ON_WALL_SHARE: f64 = 0.012;
 /// A ray that ends farther behind a wall's line than this, in metres, has passed through the wall: more than a bead or a dent.
 const THROUGH_M: f64 = 0.03;
+/// So many rays through the middle make it known to be free, if they are so many times those that ended there.
+const FREE_RAYS: f64 = 40.0;
+const FREE_SHARE: f64 = 6.0;
 /// A ray counts as free up to this before its end, in metres.
 const SHORT_OF_END_M: f64 = 0.05;
 
@@ -152,6 +155,12 @@ impl Strip {
 
     fn bin_mut(&mut self, number: i64) -> Option<&mut Bin> {
         self.bins.get_mut(usize::try_from(number - self.first).ok()?)
+    }
+
+    /// Whether the middle of the duct at `along_m` is known to be free: many rays went through it, and few ended there.
+    pub(super) fn is_free(&self, along_m: f64) -> bool {
+        self.bin(Self::number(along_m))
+            .is_some_and(|Bin { inside: Inside { free, hits, .. }, .. }| *free >= FREE_RAYS && *free > FREE_SHARE * hits)
     }
 
     /// Numbers of the bins from the robot on.

@@ -136,7 +136,7 @@ mod tests {
     use super::*;
 
     fn wall(turn_rad: f64, point_m: [f64; 2], width_m: f64) -> OuterWall {
-        OuterWall { turn_rad, point_m, width_m, points: 100, rms_m: 0.0, share: 1.0 }
+        OuterWall { turn_rad, point_m, width_m }
     }
 
     /// A square elbow to the left in a duct of 0.5 m whose front wall stands at 3.5 m: the arc is about the inner corner at (3, 0.25).

@@ -18,7 +18,7 @@ pub mod taper;
 
 use std::f64::consts::PI;
 
-use crate::ahead::{Ahead, DuctPlace, Fitting, Outer, Outlook, Side, Stretch};
+use crate::ahead::{Ahead, DuctPlace, Fitting, Outer, OuterArc, Outlook, Side, Stretch};
 use crate::control::Twist;
 use crate::perception::RangePoint;
 use bend::{Bend, OnPath};
@@ -66,17 +66,17 @@ impl Default for CourseParams {
 const BELIEVED_SHARE: f64 = 0.25;
 /// Way behind a bend after which it is over, in metres.
 const OVER_M: f64 = 0.1;
-/// What the wheels leave in doubt of a bend: share of its angle, and of its lateral place, in metres.
+/// What the wheels leave in doubt of a bend: share of its angle, of an arc's, which is seen last, more; and of its lateral place, in metres.
 const TURN_DOUBT: f64 = 0.05;
+const ARC_DOUBT: f64 = 0.1;
 /// And what is in doubt of its heading without any turn, in radians.
 const HEADING_DOUBT_RAD: f64 = 0.005;
 const LATERAL_DOUBT_M: f64 = 0.03;
 const WIDTH_DOUBT_M: f64 = 0.02;
 /// Beside the robot no wall is seen: before a bend it goes by its wheels from here on, in metres.
 const BLIND_M: f64 = 0.85;
-/// An arc's angle is settled behind this share of it; before, one of about the same radius, by this share, may have another.
-const SETTLED_SHARE: f64 = 0.4;
-const SAME_RADIUS_SHARE: f64 = 0.15;
+/// An arc's angle is settled behind this share of it.
+const SETTLED_SHARE: f64 = 0.48;
 /// An opening that begins so far behind the robot's origin is passed, in metres.
 const MISSED_M: f64 = 0.05;
 /// A bend is looked for from this far before its beginning, in metres.
@@ -128,12 +128,6 @@ pub enum End {
     Unknown,
     /// The way that its route names is not there.
     NoSuchWay,
-}
-
-/// Where the robot cannot go on, in metres along the duct: what stands across, or where the floor ends.
-fn blocked_m(outlook: &Outlook) -> Option<f64> {
-    let features = &outlook.features;
-    features.across_m.into_iter().chain(features.drop_m).min_by(f64::total_cmp)
 }
 
 /// That the robot has come into another duct: where it stands there, each figure with its deviation.
@@ -230,7 +224,7 @@ impl Course {
     pub fn goes_by_wheels(&self) -> bool {
         self.phase != Phase::Along
             || self.planned.is_some_and(|bend| bend.start_m() - self.along_m < BLIND_M)
-            || self.next_m().is_some_and(|at_m| at_m - self.along_m < BLIND_M)
+            || self.ahead.outlook().straight_to_m.is_some_and(|at_m| at_m - self.along_m < BLIND_M)
             || self.passing.iter().flatten().any(|[from_m, to_m]| (from_m - BLIND_M..=*to_m).contains(&self.along_m))
     }
 
@@ -251,14 +245,6 @@ impl Course {
             Phase::Leaving(bend) => Some(bend.straight_behind()),
             Phase::TurningRound | Phase::AtTheEnd(_) => None,
         }
-    }
-
-    /// Where the duct is seen to end being a straight one, in metres along it.
-    fn next_m(&self) -> Option<f64> {
-        let features = &self.ahead.outlook().features;
-        let openings = features.openings.iter().flatten().map(|opening| opening.from_m);
-        let doubtful = features.doubtful_m.iter().flatten().copied();
-        openings.chain(doubtful).chain(features.across_m).chain(features.drop_m).min_by(f64::total_cmp)
     }
 
     /// Past a junction a wall counts on the side of its opening that is not behind the camera's first sight of it.
@@ -327,14 +313,13 @@ impl Course {
     fn looked_round(&mut self, passage: Passage, place: &DuctPlace) -> Passage {
         let Passage::Bend(mut bend) = passage else { return passage };
         let way_m = bend.project([place.along_m, place.lateral_m, place.heading_rad]).way_m;
-        let side = if bend.turn_rad > 0.0 { Side::Left } else { Side::Right };
-        if bend.is_arc()
-            && way_m < SETTLED_SHARE * bend.length_m()
-            && let Some(arc) = self.ahead.arc(place, side, bend.start_m)
-            && (arc.radius_m - place.width_m / 2.0 - bend.radius_m).abs() < SAME_RADIUS_SHARE * bend.radius_m
-        {
-            bend.turn_rad = arc.turn_rad;
-            self.phase = Phase::Entering(Passage::Bend(bend));
+        if bend.is_arc() && way_m < SETTLED_SHARE * bend.length_m() {
+            let radius_m = bend.radius_m + place.width_m / 2.0;
+            let arc = OuterArc { start_m: bend.start_m, radius_m, turn_rad: bend.turn_rad };
+            if let Some(turn_rad) = self.ahead.turn_rad(&arc, place.width_m) {
+                bend.turn_rad = turn_rad;
+                self.phase = Phase::Entering(Passage::Bend(bend));
+            }
         }
         Passage::Bend(bend)
     }
@@ -359,6 +344,7 @@ impl Course {
     /// From the entry's coordinates to the exit's.
     fn change_over(&mut self, bend: Passage, pose: [f64; 3]) -> Entered {
         let [along_m, lateral_m, heading_rad] = bend.exit_from_entry(pose);
+        let doubt = if matches!(bend, Passage::Bend(bend) if bend.is_arc()) { ARC_DOUBT } else { TURN_DOUBT };
         self.before_m += bend.start_m() + bend.length_m();
         self.log.left_by(self.taken, &bend, along_m);
         self.along_m = along_m;
@@ -367,7 +353,7 @@ impl Course {
         self.ahead.enter();
         Entered {
             lateral_m: [lateral_m, LATERAL_DOUBT_M],
-            heading_rad: [heading_rad, TURN_DOUBT * bend.turn_rad().abs() + HEADING_DOUBT_RAD],
+            heading_rad: [heading_rad, doubt * bend.turn_rad().abs() + HEADING_DOUBT_RAD],
             width_m: [bend.exit_width_m(), WIDTH_DOUBT_M],
         }
     }
@@ -378,6 +364,7 @@ impl Course {
         if self.passing.iter().any(Option::is_some) {
             if self.passing.iter().flatten().all(|[_, to_m]| self.along_m > *to_m) {
                 self.passing = [None; 2];
+                self.ahead.passed();
             }
             return;
         }
@@ -393,15 +380,15 @@ impl Course {
             (Fitting::Branch(Side::Right) | Fitting::Cross | Fitting::BullheadTee, Some(Turn::Right)) => {
                 self.plan_bend(place, &outlook, Side::Right);
             }
-            (Fitting::Transition, _) => {
-                self.planned = Taper::between(place.width_m, &outlook.features.changes).map(Passage::Taper);
-                self.taken = Fitting::Transition;
+            (Fitting::Transition | Fitting::Offset(_), _) => {
+                self.planned = Taper::between(place.width_m, &self.ahead.changes(place.width_m)).map(Passage::Taper);
+                self.taken = outlook.fitting;
             }
-            (Fitting::Branch(_) | Fitting::Cross, None | Some(Turn::Straight)) => self.pass(&outlook, place),
+            (Fitting::Branch(_) | Fitting::Cross, None | Some(Turn::Straight)) => self.pass(&outlook),
             _ => self.forget(),
         }
         // A way that was named and is passed by now was not found.
-        let is_missed = |side: Side| outlook.features.openings[side.index()].is_some_and(|o| self.along_m > o.from_m + MISSED_M);
+        let is_missed = |side: Side| outlook.openings[side.index()].is_some_and(|[from_m, _]| self.along_m > from_m + MISSED_M);
         let missed = match turn {
             Some(Turn::Left) => is_missed(Side::Left),
             Some(Turn::Right) => is_missed(Side::Right),
@@ -417,7 +404,7 @@ impl Course {
                 }
                 self.phase = Phase::Entering(bend);
             }
-        } else if let Some(at_m) = blocked_m(&outlook).filter(|at_m| self.along_m >= at_m - self.room_m() - AT_REST_M) {
+        } else if let Some(at_m) = outlook.blocked_m.filter(|at_m| self.along_m >= at_m - self.room_m() - AT_REST_M) {
             self.log.blocked(outlook.fitting, at_m);
             self.phase = match (outlook.fitting, turn) {
                 (Fitting::DeadEnd | Fitting::Drop | Fitting::Obstacle, Some(Turn::TurnBack)) => Phase::TurningRound,
@@ -441,8 +428,7 @@ impl Course {
         if outlook.at_m - self.along_m > PLANNED_M {
             return;
         }
-        let Some(opening) = outlook.features.openings[side.index()] else { return };
-        if let Some(outer) = self.ahead.outer(place, outlook.fitting, side, &opening) {
+        if let Some(outer) = self.ahead.outer(side, place.width_m) {
             let bend = match outer {
                 Outer::Wall(wall) => Passage::Bend(Bend::along(&wall, place.width_m)),
                 Outer::Arc(arc) => Passage::Bend(Bend::within(&arc, place.width_m)),
@@ -464,11 +450,11 @@ impl Course {
     }
 
     /// Goes straight on past branches.
-    fn pass(&mut self, outlook: &Outlook, place: &DuctPlace) {
+    fn pass(&mut self, outlook: &Outlook) {
         if outlook.at_m - BLIND_M > self.along_m {
             return;
         }
-        self.passing = outlook.features.openings.map(|open| open.map(|o| [o.from_m, o.to_m.unwrap_or(o.from_m + place.width_m)]));
+        self.passing = outlook.openings;
         self.log.passed(outlook.fitting, outlook.at_m);
         self.take_turn(outlook.fitting);
     }
@@ -521,7 +507,7 @@ impl Course {
             (Phase::Along, Some(bend)) => most = most.min(before(bend.start_m() - self.along_m - 0.05, in_bend(bend))),
             (Phase::TurningRound | Phase::AtTheEnd(_), _) => most = 0.0,
             (Phase::Along, None) => {
-                if let Some(at_m) = blocked_m(self.ahead.outlook()) {
+                if let Some(at_m) = self.ahead.outlook().blocked_m {
                     most = most.min(before(at_m - self.room_m() - self.along_m, CREEP_M_S));
                 }
             }

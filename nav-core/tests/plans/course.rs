@@ -92,7 +92,7 @@ fn offers(fitting: Fitting) -> Vec<Turn> {
         Fitting::BullheadTee => vec![Turn::Left, Turn::Right],
         Fitting::Cross => vec![Turn::Left, Turn::Straight, Turn::Right],
         Fitting::DeadEnd => vec![Turn::TurnBack],
-        Fitting::Transition => vec![Turn::Straight],
+        Fitting::Transition | Fitting::Offset(_) => vec![Turn::Straight],
         Fitting::Unknown | Fitting::Straight | Fitting::Obstacle | Fitting::Drop => vec![],
     }
 }
@@ -112,7 +112,8 @@ fn the_way_that_the_route_names_is_taken() {
     for (index, (fitting, walls)) in plans().into_iter().enumerate() {
         for turn in offers(fitting) {
             // An elbow is no choice.
-            let route = if matches!(fitting, Fitting::Elbow(_) | Fitting::Transition) { vec![] } else { vec![turn] };
+            let route =
+                if matches!(fitting, Fitting::Elbow(_) | Fitting::Transition | Fitting::Offset(_)) { vec![] } else { vec![turn] };
             let mut robot = Robot::new(&route);
             let case = format!("{index}, {fitting:?}, {turn:?}");
             let (x, y) = (|robot: &Robot| robot.pose[0], |robot: &Robot| robot.pose[1]);
