@@ -17,7 +17,7 @@ const GAP_M: f64 = 0.2;
 const ACROSS_RAYS: f64 = 24.0;
 /// What stands across is believed if it was seen at one place while the robot moved by so much, in metres: a ceiling that a laser meets far
 /// ahead goes along with the robot, and a wall does not.
-const PARALLAX_M: f64 = 0.06;
+const PARALLAX_M: f64 = 0.12;
 /// What is seen behind a wall's line stands across if it spreads so much across for what it spreads along, which far ranges blur.
 const ACROSS_SHARE: f64 = 0.6;
 /// What is less far behind a wall's line, in metres, may be a stray range.

@@ -25,10 +25,47 @@ pub struct Stretch {
     pub along_m: [[f64; 2]; 2],
     /// Points farther off a wall's line than this are not its own, in metres.
     pub near_m: f64,
+    /// Whether the robot's place in the duct is only roughly known, as right behind a bend: then the lines are sought first.
+    pub is_rough: bool,
+}
+
+/// Where the place is only roughly known: headings and offsets against it within which the walls are sought, and their steps, in degrees and
+/// metres.
+const HEADINGS_DEG: [i32; 2] = [14, 2];
+const OFFSETS_MM: [i32; 2] = [120, 20];
+/// Points this near are a line's own in that search, in metres, and as many of them as this are lost for the farthest place sought.
+const LINE_M: f64 = 0.02;
+const FARTHEST_COSTS: f64 = 6.0;
+
+/// The place at which most points are on the lines of the walls.
+fn sought(points: impl Iterator<Item = [f64; 2]> + Clone, place: &DuctPlace, stretch: &Stretch) -> DuctPlace {
+    let steps = |[most, step]: [i32; 2]| {
+        (-most..=most).step_by(step as usize).map(move |at| (f64::from(at), f64::from(at) / f64::from(most)))
+    };
+    let half_m = place.width_m / 2.0;
+    let mut best = (f64::NEG_INFINITY, *place);
+    for (turn_deg, turn_share) in steps(HEADINGS_DEG) {
+        let heading_rad = place.heading_rad + turn_deg.to_radians();
+        let (sin, cos) = libm::sincos(heading_rad);
+        for (aside_mm, aside_share) in steps(OFFSETS_MM) {
+            let lateral_m = place.lateral_m + 1e-3 * aside_mm;
+            let own = points.clone().filter(|[x, y]| {
+                let (along, across) = (place.along_m + cos * x - sin * y, lateral_m + sin * x + cos * y);
+                let [from_m, to_m] = stretch.along_m[usize::from(across < 0.0)];
+                (across.abs() - half_m).abs() < LINE_M && (from_m..=to_m).contains(&along)
+            });
+            let score = own.count() as f64 - FARTHEST_COSTS * (turn_share * turn_share + aside_share * aside_share);
+            if score > best.0 {
+                best = (score, DuctPlace { heading_rad, lateral_m, ..*place });
+            }
+        }
+    }
+    best.1
 }
 
 /// The walls that `points` (of the base frame) show of a duct in which the robot is about at `place`.
-pub(super) fn find(points: impl Iterator<Item = [f64; 2]>, place: &DuctPlace, stretch: &Stretch) -> Option<SideWalls> {
+pub(super) fn find(points: impl Iterator<Item = [f64; 2]> + Clone, place: &DuctPlace, stretch: &Stretch) -> Option<SideWalls> {
+    let place = &if stretch.is_rough { sought(points.clone(), place, stretch) } else { *place };
     let half_m = place.width_m / 2.0;
     let (sin, cos) = libm::sincos(place.heading_rad);
     let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
@@ -95,7 +132,7 @@ mod tests {
             })
         };
         let points: Vec<[f64; 2]> = wall(1.0).chain(wall(-1.0)).map(|[s, y]| to_base(s, y)).collect();
-        let stretch = |to_m: f64| Stretch { along_m: [[2.0, to_m]; 2], near_m: 0.04 };
+        let stretch = |to_m: f64| Stretch { along_m: [[2.0, to_m]; 2], near_m: 0.04, is_rough: false };
         let believed = DuctPlace { lateral_m: 0.02, heading_rad: 0.07, ..truth };
         let walls = find(points.iter().copied(), &believed, &stretch(2.8)).expect("both walls");
         assert!((walls.heading_rad - 0.05).abs() < 1e-9, "{walls:?}");
@@ -103,5 +140,9 @@ mod tests {
         let bent = find(points.iter().copied(), &believed, &stretch(3.2)).expect("both walls");
         assert!((bent.heading_rad - 0.05).abs() > 1e-3, "the bend counts: {bent:?}");
         assert!(find(std::iter::empty(), &believed, &stretch(2.8)).is_none());
+        // From a place that is far off: nothing near it is a wall's, unless the lines are sought.
+        let rough = DuctPlace { lateral_m: -0.05, heading_rad: 0.2, ..truth };
+        let walls = find(points.iter().copied(), &rough, &Stretch { is_rough: true, ..stretch(2.8) }).expect("both walls");
+        assert!((walls.heading_rad - 0.05).abs() < 1e-9 && (walls.left_m.unwrap() - 0.22).abs() < 1e-9, "{walls:?}");
     }
 }

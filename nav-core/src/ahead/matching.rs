@@ -81,6 +81,8 @@ pub(super) struct Match {
     pub(super) cost: f64,
     /// The same of the best fitting that has another name.
     pub(super) other: f64,
+    /// Rays that it rests on.
+    pub(super) sights: usize,
 }
 
 /// Looks for it.
@@ -172,7 +174,7 @@ impl Matcher {
         let best = found.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1));
         let answer = best.map(|(model, cost)| {
             let others = found.iter().filter(|(other, _)| other.fitting() != model.fitting());
-            Match { model, cost, other: others.map(|(_, cost)| *cost).fold(1.0, f64::min) }
+            Match { model, cost, other: others.map(|(_, cost)| *cost).fold(1.0, f64::min), sights: sights.len() }
         });
         self.found = found;
         answer

@@ -62,6 +62,8 @@ const FAR_M: f64 = 5.0;
 const GORE_RAD: f64 = 0.25;
 /// So long a radius elbow is looked at from within, in metres: until then its angle is known.
 const INSIDE_M: f64 = 1.2;
+/// What a thing in the duct costs.
+const THING: f64 = 0.015;
 /// Dimensions within this of what they were are the same ones, found anew: metres or radians.
 const SAME: f64 = 0.3;
 /// What a radian more than a right angle costs.
@@ -170,10 +172,12 @@ impl Model {
         self.dimensions[0]
     }
 
-    /// By how much a bend turns farther than ducts mostly do, as a cost: how far an arc goes round is seen last.
+    /// How odd it is, as a cost: a bend that turns farther than ducts mostly do, how far an arc goes round being seen last; a thing that
+    /// stands in the duct, which from afar a bend's first piece looks like.
     pub(super) fn oddity(&self) -> f64 {
         let turn_rad = self.turn_rad().unwrap_or_default().abs();
-        FARTHER_1_RAD * (turn_rad - FRAC_PI_2).max(0.0)
+        let thing = if self.family == Family::Obstacle { THING } else { 0.0 };
+        FARTHER_1_RAD * (turn_rad - FRAC_PI_2).max(0.0) + thing
     }
 
     /// Whether it is no fitting: one that is no different from a straight duct.

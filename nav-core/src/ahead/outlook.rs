@@ -110,12 +110,15 @@ const FRAMES: u32 = 12;
 const HOLDS: f64 = 0.7;
 /// A fitting that this share of the last frames did not show is not known any more.
 const DROPS: f64 = 0.3;
-/// The best model must explain so much more than the best one of another name, and leave no more than this unexplained (both are shares of
-/// the rays).
+/// The best model must explain so much more than the best one of another name, of fewer rays than these still more, and leave no more than
+/// this unexplained (shares of the rays).
 const MARGIN: f64 = 0.012;
+const ENOUGH_SIGHTS: f64 = 240.0;
 const UNEXPLAINED: f64 = 0.45;
 /// A wall that ends a duct is seen to reach so far to both sides, as a share of half the width.
 const SPANS_SHARE: f64 = 0.75;
+/// What does not is a thing in the duct, if it is no farther than this, in metres.
+const OBSTACLE_WITHIN_M: f64 = 1.0;
 /// A duct is straight if it is seen to be for this many widths.
 const STRAIGHT_WIDTHS: f64 = 1.5;
 
@@ -156,7 +159,11 @@ impl Watch {
             self.model = None;
         }
         let confidence = if self.held == self.last { self.share } else { 0.0 };
-        let blocked_m = features.across_m.into_iter().chain(features.drop_m).min_by(f64::total_cmp);
+        let stands_m = match self.held {
+            Fitting::DeadEnd | Fitting::Obstacle => self.model.map(|model| model.begins_m()).or(features.across_m),
+            _ => features.across_m,
+        };
+        let blocked_m = stands_m.into_iter().chain(features.drop_m).min_by(f64::total_cmp);
         let at_m = match (&self.model, self.held) {
             (Some(model), _) => model.begins_m(),
             (None, Fitting::Drop | Fitting::Obstacle | Fitting::DeadEnd) => blocked_m.unwrap_or(features.free_to_m),
@@ -186,18 +193,23 @@ fn classify(features: &Features, matched: Option<&Match>, place: &DuctPlace) -> 
     if features.drop_m.is_some() {
         return (Fitting::Drop, None);
     }
-    if let Some(Match { model, cost, other }) = matched
+    if let Some(Match { model, cost, other, sights }) = matched
         && *cost < UNEXPLAINED
-        && other - cost > MARGIN
+        && other - cost > MARGIN * (ENOUGH_SIGHTS / *sights as f64).max(1.0)
         && model.family != Family::Straight
     {
         return (model.fitting(), Some(*model));
     }
     let is_empty = features.events_m().next().is_none() || matched.is_some_and(|m| m.model.family == Family::Straight);
     match features.across_m {
-        Some(_) if is_empty => {
+        Some(at_m) if is_empty => {
             let spans = features.across_reach_m.iter().all(|reach| reach.abs() >= SPANS_SHARE * place.width_m / 2.0);
-            (if spans { Fitting::DeadEnd } else { Fitting::Obstacle }, None)
+            match spans {
+                true => (Fitting::DeadEnd, None),
+                // From afar a bend's first piece looks like one.
+                false if at_m - place.along_m < OBSTACLE_WITHIN_M => (Fitting::Obstacle, None),
+                false => (Fitting::Unknown, None),
+            }
         }
         None if is_empty && features.free_to_m >= place.along_m + STRAIGHT_WIDTHS * place.width_m => (Fitting::Straight, None),
         _ => (Fitting::Unknown, None),

@@ -23,7 +23,7 @@ pub struct Bend {
 const MARGIN_M: f64 = 0.15;
 /// Points this far off a wall's line are its own, in metres: before a bend the robot knows its place, behind it only by its wheels.
 const NEAR_BEFORE_M: f64 = 0.04;
-const NEAR_BEHIND_M: f64 = 0.08;
+const NEAR_BEHIND_M: f64 = 0.04;
 
 /// Where the robot is against the path.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -65,14 +65,22 @@ impl Bend {
     /// Where the walls of the entry duct are straight.
     pub fn straight_before(&self) -> Stretch {
         let (inner, outer) = ([f64::NEG_INFINITY, self.start_m - MARGIN_M], [f64::NEG_INFINITY, self.outer_end_m - MARGIN_M]);
-        Stretch { along_m: if self.turn_rad > 0.0 { [inner, outer] } else { [outer, inner] }, near_m: NEAR_BEFORE_M }
+        Stretch {
+            along_m: if self.turn_rad > 0.0 { [inner, outer] } else { [outer, inner] },
+            near_m: NEAR_BEFORE_M,
+            is_rough: false,
+        }
     }
 
     /// Where the walls of the exit duct are straight. A wall that is no arc reaches back to where it meets the entry's.
     pub fn straight_behind(&self) -> Stretch {
         let back_m = if self.outer_end_m > self.start_m { -self.radius_m } else { 0.0 };
         let (inner, outer) = ([0.0, f64::INFINITY], [back_m, f64::INFINITY]);
-        Stretch { along_m: if self.turn_rad > 0.0 { [inner, outer] } else { [outer, inner] }, near_m: NEAR_BEHIND_M }
+        Stretch {
+            along_m: if self.turn_rad > 0.0 { [inner, outer] } else { [outer, inner] },
+            near_m: NEAR_BEHIND_M,
+            is_rough: true,
+        }
     }
 
     /// Whether the walls themselves are arcs.

@@ -65,7 +65,7 @@ impl Default for CourseParams {
 /// Share of a bend's angle up to which the walls before it are believed.
 const BELIEVED_SHARE: f64 = 0.25;
 /// Way behind a bend after which it is over, in metres.
-const OVER_M: f64 = 0.1;
+const OVER_M: f64 = 0.3;
 /// What the wheels leave in doubt of a bend: share of its angle, of an arc's, which is seen last, more; and of its lateral place, in metres.
 const TURN_DOUBT: f64 = 0.05;
 const ARC_DOUBT: f64 = 0.1;
@@ -255,7 +255,7 @@ impl Course {
             Some([_, to_m]) => [to_m, f64::INFINITY],
             None => all,
         };
-        Stretch { along_m: self.passing.map(of), near_m: PASSING_NEAR_M }
+        Stretch { along_m: self.passing.map(of), near_m: PASSING_NEAR_M, is_rough: false }
     }
 
     /// Along its duct, by odometry, in metres.

@@ -52,12 +52,12 @@ impl Taper {
 
     /// Where the walls of the entry duct are straight.
     pub fn straight_before(&self) -> Stretch {
-        Stretch { along_m: [[f64::NEG_INFINITY, self.start_m - MARGIN_M]; 2], near_m: NEAR_M }
+        Stretch { along_m: [[f64::NEG_INFINITY, self.start_m - MARGIN_M]; 2], near_m: NEAR_M, is_rough: false }
     }
 
     /// Where the walls of the exit duct are.
     pub fn straight_behind(&self) -> Stretch {
-        Stretch { along_m: [[MARGIN_M, f64::INFINITY]; 2], near_m: NEAR_M }
+        Stretch { along_m: [[MARGIN_M, f64::INFINITY]; 2], near_m: NEAR_M, is_rough: false }
     }
 }
 

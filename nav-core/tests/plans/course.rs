@@ -39,10 +39,11 @@ impl Robot {
     fn frame(&mut self, walls: &[Wall]) {
         let ranges = scan(walls, self.pose, 0.2);
         if self.course.believes(self.heading_rad) {
-            let stretch = self
-                .course
-                .straight()
-                .unwrap_or(ahead::Stretch { along_m: [[f64::NEG_INFINITY, self.course.along_m() + 1.2]; 2], near_m: 0.06 });
+            let stretch = self.course.straight().unwrap_or(ahead::Stretch {
+                along_m: [[f64::NEG_INFINITY, self.course.along_m() + 1.2]; 2],
+                near_m: 0.06,
+                is_rough: false,
+            });
             if let Some(walls) = ahead::side_walls(&ranges, &self.place(), &stretch) {
                 self.heading_rad += 0.3 * (walls.heading_rad - self.heading_rad);
                 let offsets =
