@@ -115,6 +115,7 @@ fn made_up(scenario: &Scenario, lateral_m: f64) -> RunRecord {
             reason: blind.then_some(Reason::NoWall),
             estimate: None,
             outlook: None,
+            true_ahead: None,
             believed_pose: None,
             ducts: 0,
             lines: lines.len(),
@@ -243,13 +244,13 @@ fn the_summary_is_the_documented_json() {
     assert_eq!(json["metrics"]["real_time_factor"], 4.0);
     // The fields' order is part of what is documented, so the text is read.
     let places = |names: &[&str]| names.iter().map(|name| text.find(&format!("\"{name}\":"))).collect::<Vec<_>>();
-    let outer = places(&["format", "scenario", "verdict", "reasons", "seed", "renderer", "run_hash", "metrics"]);
+    let outer = places(&["format", "scenario", "verdict", "reasons", "seed", "renderer", "run_hash", "metrics", "ahead"]);
     assert!(outer.iter().all(Option::is_some) && outer.is_sorted(), "{text}");
     let metrics = words::METRICS.map(|words| words.metric);
     let inner = places(&metrics);
     assert!(inner.iter().all(Option::is_some) && inner.is_sorted(), "{text}");
     assert_eq!(json["metrics"].as_object().map(|metrics| metrics.len()), Some(metrics.len()));
-    assert_eq!(json.as_object().map(|summary| summary.len()), Some(8));
+    assert_eq!(json.as_object().map(|summary| summary.len()), Some(9));
 
     let broken = summary.broken_off(Verdict::Error, "the graphics device was lost");
     let json: serde_json::Value = serde_json::from_str(&broken.to_json().expect("JSON")).expect("JSON");
