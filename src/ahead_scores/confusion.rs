@@ -63,7 +63,7 @@ impl Confusion {
         let mut confusion = Self::default();
         for glance in glances.iter().filter(|glance| !glance.truth.is_inside) {
             let named = glance.named.map_or(NOTHING, |named| named.fitting.word());
-            confusion.count(true_class(glance).word(), named, 1);
+            confusion.count(glance.true_class().word(), named, 1);
         }
         confusion
     }
@@ -89,16 +89,11 @@ impl Confusion {
     }
 }
 
-/// What a frame should show.
-fn true_class(glance: &Glance) -> Fitting {
-    if glance.truth.is_in_reach || glance.is_right() { glance.truth.fitting } else { Fitting::Straight }
-}
-
 /// How often something was named where nothing is within reach: runs of frames, interrupted by fewer than make a name lost.
 pub(super) fn false_alarms(glances: &[Glance]) -> u32 {
     let (mut alarms, mut quiet) = (0, LOST_FRAMES);
     for glance in glances {
-        let outside = !glance.truth.is_inside && true_class(glance) == Fitting::Straight;
+        let outside = !glance.truth.is_inside && glance.true_class() == Fitting::Straight;
         if outside && glance.thing_named().is_some() {
             alarms += u32::from(quiet >= LOST_FRAMES);
             quiet = 0;

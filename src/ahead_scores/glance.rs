@@ -42,6 +42,11 @@ impl Glance {
         self.named.filter(|named| !matches!(named.fitting, Fitting::Straight | Fitting::Unknown))
     }
 
+    /// What a frame should show: the next thing if it is within reach. What is named rightly from farther away is that, too.
+    pub fn true_class(&self) -> Fitting {
+        if self.truth.is_in_reach || self.is_right() { self.truth.fitting } else { Fitting::Straight }
+    }
+
     /// Whether the next thing was named, and where it is.
     pub fn is_right(&self) -> bool {
         self.thing_named().is_some_and(|named| named.is(&self.truth))

@@ -32,7 +32,8 @@ pub(super) fn on_segment(segment: &Segment, corners: &[Point3<f64>], [half_m, hi
     let middle = alone.project(&Point3::from(sum / corners.len().max(1) as f64), 0);
     let within_m = segment.start_m..segment.start_m + segment.length_m;
     let floor_m = segment.pose_at(middle.distance_m - segment.start_m).translation.z;
-    let (mut along, mut across, mut bottom_m) = ([f64::INFINITY, f64::NEG_INFINITY], [f64::INFINITY, f64::NEG_INFINITY], f64::INFINITY);
+    let (mut along, mut across, mut bottom_m) =
+        ([f64::INFINITY, f64::NEG_INFINITY], [f64::INFINITY, f64::NEG_INFINITY], f64::INFINITY);
     for corner in corners {
         let at = alone.project(corner, 0);
         along = [along[0].min(at.distance_m), along[1].max(at.distance_m)];

@@ -56,8 +56,9 @@ pub(super) const FIELDS: &[Field] = &[
         .about("Largest error of a surveyed width, in ducts driven along for at least a metre."),
     criterion("pass.ahead_named_share_min", 1.0, "ahead_named_share")
         .about("Least share of fittings, obstacles and ends that must be named rightly before the robot enters them."),
-    criterion("pass.ahead_detection_widths_min", 100.0, "ahead_detection_widths_min")
-        .about("Least distance, in widths of the duct, from which on elbows, tees, crosses and dead ends must have their right name."),
+    criterion("pass.ahead_detection_widths_min", 100.0, "ahead_detection_widths_min").about(
+        "Least distance, in widths of the duct, from which on elbows, tees, crosses and dead ends must have their right name.",
+    ),
     criterion("pass.ahead_latency_max_s", 36_000.0, "ahead_latency_max_s")
         .unit("s")
         .about("Longest time from when a fitting can be seen to when it has its right name."),
