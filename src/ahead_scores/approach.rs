@@ -69,10 +69,12 @@ impl FittingScore {
             return None;
         }
         let is_last = |glance: &&Glance| glance.truth.distance_m <= last.truth.distance_m + LAST_WIDTHS * thing.width_m;
-        let named_last = glances.iter().rev().take_while(is_last).find(|glance| {
-            let named = glance.named.map(|named| named.fitting);
-            named.is_some_and(|fitting| fitting != Fitting::Unknown)
-        });
+        let is_name = |glance: &&Glance| glance.named.is_some_and(|named| named.fitting != Fitting::Unknown);
+        let names = || glances.iter().rev().take_while(is_last).filter(is_name);
+        // While a name is held for a few frames more, its place may be that of what these frames show.
+        let is_held_on =
+            |glance: &&Glance| glance.named.is_some_and(|named| named.fitting == thing.fitting) && !glance.is_right();
+        let named_last = names().find(|glance| !is_held_on(glance)).or_else(|| names().next());
         let word = |glance: &Glance| glance.named.map_or(NOTHING, |named| named.fitting.word());
         let right = named_last.is_some_and(Glance::is_right);
         let held = held(glances).filter(|_| right).map(|from| &glances[from]);

@@ -3,7 +3,7 @@
 //! The path is cut into legs where it turns back. What lies beyond a leg's end (the wall of a dead end that the robot turns round
 //! before, the junction at which its route stops) is looked for along the network, from port to port.
 
-use std::f64::consts::FRAC_PI_4;
+use std::f64::consts::PI;
 use std::ops::Range;
 
 use ductloop_duct::Transform;
@@ -23,7 +23,7 @@ use crate::scenario::Scenario;
 /// A port is where the path is if it is so near, in metres: rounding.
 const SAME_PLACE_M: f64 = 1e-4;
 /// Who faces more than this off the path does not look along it: it is turning round.
-const FACING_RAD: f64 = FRAC_PI_4;
+const FACING_RAD: f64 = PI / 12.0;
 
 /// Something ahead.
 #[derive(Clone, Debug, PartialEq)]

@@ -167,6 +167,10 @@ fn a_name_belongs_to_a_place() {
     let things = [thing(LEFT, 4.0)];
     let all = scores(&things, &drive(&things, 4.4, |_, left_m| Some((LEFT, left_m + 0.6))));
     assert_eq!((only(&all).named, only(&all).right), ("elbow-left", false));
+    // But a place that is lost at the end, while the name is held, does not undo it.
+    let all = scores(&things, &drive(&things, 4.4, |_, left_m| Some((LEFT, if left_m < 0.4 { 2.3 } else { left_m }))));
+    assert_eq!((only(&all).named, only(&all).right), ("elbow-left", true));
+    near(only(&all).distance_error_m.unwrap_or(f64::NAN), 0.0, 1e-9);
 }
 
 /// Twice something is named where nothing is; a flicker in between does not count again. Naming what is there from afar is no alarm.
