@@ -7,6 +7,7 @@ use minijinja::{Value, context};
 
 use super::confusion_table;
 use super::plot::{Plot, Series, Style, escaped};
+use crate::ahead_scores::confusion::NOTHING;
 use crate::ahead_scores::{AheadScores, FittingScore, Glance};
 use crate::output::words::number;
 use crate::record::RunRecord;
@@ -19,7 +20,7 @@ const RIGHT: f64 = 12.0;
 const WIDTH: f64 = 1000.0;
 /// The strip's rows, and how wide a letter is in them.
 const ROW: f64 = 24.0;
-const LETTER: f64 = 6.6;
+const LETTER: f64 = 7.4;
 
 /// The section; nothing where nothing lay ahead and nothing was named.
 pub(super) fn section(run: &RunRecord, scores: &AheadScores) -> Value {
@@ -74,7 +75,7 @@ fn chart(run: &RunRecord) -> Plot {
     }
     let named = |right: bool| -> Vec<(f64, Option<f64>)> {
         let glances = run.frames.iter().filter_map(Glance::of);
-        let points = glances.filter(|glance| glance.is_right() == right);
+        let points = glances.filter(|glance| !glance.truth.is_inside && glance.is_right() == right);
         points.filter_map(|glance| Some((glance.time_s, Some(glance.thing_named()?.distance_m.min(FAR_M))))).collect()
     };
     let series = |label: &str, class, style, points| Series { label: label.to_owned(), class, style, points };
@@ -87,9 +88,9 @@ fn chart(run: &RunRecord) -> Plot {
         bands: Vec::new(),
         levels: Vec::new(),
         series: vec![
+            series("true distance to the next thing", "truth", Style::Line, truth),
             series("named rightly", "nominal", Style::Dots, named(true)),
             series("named otherwise", "bound", Style::Dots, named(false)),
-            series("true distance to the next thing", "truth", Style::Line, truth),
         ],
     }
 }
@@ -108,37 +109,34 @@ fn draw_strip(out: &mut String, run: &RunRecord) -> std::fmt::Result {
         out,
         r#"<svg class="strip" viewBox="0 0 {WIDTH} {height}" role="img" aria-label="What was true and what was named">"#
     )?;
-    let glances: Vec<(f64, Option<Glance>)> = run.frames.iter().map(|frame| (frame.time_s, Glance::of(frame))).collect();
-    let truth = |glance: &Option<Glance>| match glance {
-        None => "off-path",
-        Some(glance) if glance.truth.is_inside => "inside",
-        Some(glance) => glance.true_class().word(),
-    };
-    let named = |glance: &Option<Glance>| match glance {
-        None => "off-path",
-        Some(glance) => glance.named.map_or("nothing", |named| named.fitting.word()),
-    };
-    let rows: [(&str, &dyn Fn(&Option<Glance>) -> &'static str); 2] = [("true", &truth), ("named", &named)];
     let scale = (WIDTH - LEFT - RIGHT) / end_s(run);
-    for (row, (label, word)) in rows.into_iter().enumerate() {
-        let y = 2.0 + row as f64 * (ROW + 2.0);
-        writeln!(out, r#"<text x="{:.1}" y="{:.1}" text-anchor="end">{label}</text>"#, LEFT - 7.0, y + ROW / 2.0 + 4.0)?;
-        let mut from = 0;
-        for piece in glances.chunk_by(|a, b| word(&a.1) == word(&b.1)) {
-            let to = (from + piece.len()).min(glances.len() - 1);
-            let [from_s, to_s] = [piece[0].0, glances[to].0];
-            let (x, wide, word) = (LEFT + from_s * scale, (to_s - from_s) * scale, word(&piece[0].1));
-            let title = escaped(&format!("{word}: {} to {} s", number(from_s, 3), number(to_s, 3)));
-            writeln!(
-                out,
-                r#"<rect class="is-{word}" x="{x:.1}" y="{y:.1}" width="{wide:.1}" height="{ROW}"><title>{title}</title></rect>"#
-            )?;
-            if word.len() as f64 * LETTER < wide {
-                let (x, y) = (x + wide / 2.0, y + ROW / 2.0 + 4.0);
-                writeln!(out, r#"<text class="on-{word}" x="{x:.1}" y="{y:.1}" text-anchor="middle">{word}</text>"#)?;
-            }
-            from += piece.len();
-        }
-    }
+    let words = |word: fn(&Glance) -> &'static str| -> Vec<(f64, &'static str)> {
+        run.frames.iter().map(|frame| (frame.time_s, Glance::of(frame).map_or("off-path", |glance| word(&glance)))).collect()
+    };
+    let truth = words(|glance| if glance.truth.is_inside { "inside" } else { glance.true_class().word() });
+    let named = words(|glance| glance.named.map_or(NOTHING, |named| named.fitting.word()));
+    draw_row(out, "true", 2.0, scale, &truth)?;
+    draw_row(out, "named", 4.0 + ROW, scale, &named)?;
     writeln!(out, "</svg>")
+}
+
+/// A row of the strip from `y` on: times and what was the case from then on.
+fn draw_row(out: &mut String, label: &str, y: f64, scale: f64, words: &[(f64, &'static str)]) -> std::fmt::Result {
+    let middle = y + ROW / 2.0 + 4.0;
+    writeln!(out, r#"<text x="{:.1}" y="{middle:.1}" text-anchor="end">{label}</text>"#, LEFT - 7.0)?;
+    let mut from = 0;
+    for piece in words.chunk_by(|a, b| a.1 == b.1) {
+        let (from_s, word) = piece[0];
+        let (to_s, _) = words[(from + piece.len()).min(words.len() - 1)];
+        let (x, wide) = (LEFT + from_s * scale, (to_s - from_s) * scale);
+        let title = escaped(&format!("{word}: {} to {} s", number(from_s, 3), number(to_s, 3)));
+        write!(out, r#"<rect class="is-{word}" x="{x:.1}" y="{y:.1}" width="{wide:.1}" height="{ROW}">"#)?;
+        writeln!(out, "<title>{title}</title></rect>")?;
+        if word.len() as f64 * LETTER < wide {
+            let x = x + wide / 2.0;
+            writeln!(out, r#"<text class="on-{word}" x="{x:.1}" y="{middle:.1}" text-anchor="middle">{word}</text>"#)?;
+        }
+        from += piece.len();
+    }
+    Ok(())
 }
