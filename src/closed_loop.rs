@@ -25,6 +25,7 @@ use ductloop_sim::truth::Truth;
 use ductloop_sim::world::{SimError, World};
 use nalgebra::Point3;
 
+use crate::ahead_scores::Way;
 use crate::controllers::Controllers;
 use crate::fault::Faults;
 use crate::fault::encoder::FaultyEncoders;
@@ -133,6 +134,8 @@ struct ClosedLoop<'a> {
     head: Head<'a>,
     /// What frames truly show; nothing of it reaches the navigator. `None` where the stages are not scored.
     scene: Option<TruthScene>,
+    /// What lies along the path, which what the navigator names is held against.
+    way: Way,
     /// The command decided on the last frame: takes effect at the next.
     pending: Option<Command>,
     exposure_s: f64,
@@ -159,6 +162,7 @@ impl<'a> ClosedLoop<'a> {
             faults: Faults::new(scenario),
             pace,
             notes: scene.as_ref().map_or_else(Notes::default, |_| Notes::with_cloud(Cloud::new(world_from_first))),
+            way: Way::new(scenario, &body.network),
             body,
             head: Head::new(scenario, pilot, renderer),
             scene,
@@ -276,6 +280,7 @@ impl<'a> ClosedLoop<'a> {
             reason: report.reason,
             estimate: report.estimate,
             outlook: report.outlook,
+            true_ahead: self.way.ahead(&truth),
             believed_pose: report.pose,
             ducts: report.ducts.len(),
             lines: report.stages.lines.len(),

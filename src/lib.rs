@@ -17,6 +17,7 @@
 #![forbid(unsafe_code)]
 
 pub mod accuracy;
+pub mod ahead_scores;
 #[cfg(feature = "cli")]
 pub mod bounded_file;
 #[cfg(feature = "cli")]

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::ahead_scores::AheadScores;
 use crate::record::{EndState, FrameRecord, RunRecord};
 use crate::scenario::{Bound, Measured, Scenario};
 use crate::survey::Survey;
@@ -51,6 +52,18 @@ pub struct Metrics {
     pub survey_length_error_max: Option<f64>,
     /// Largest error of a surveyed width, over ducts driven along for at least a metre.
     pub survey_width_error_max_m: Option<f64>,
+    /// Fittings, obstacles and ends that the robot came to.
+    pub ahead_fittings: u32,
+    /// Share of them that it named rightly before it entered them.
+    pub ahead_named_share: Option<f64>,
+    /// Least distance, in widths of the duct, from which on an elbow, tee, cross or dead end had its right name.
+    pub ahead_detection_widths_min: Option<f64>,
+    /// Longest time from when one could be seen to when it had its right name.
+    pub ahead_latency_max_s: Option<f64>,
+    /// Largest error of the distance to one, when it had its right name last.
+    pub ahead_distance_error_max_m: Option<f64>,
+    /// How often it named something where the duct goes straight on as far as can be seen.
+    pub ahead_false_alarms: Option<u32>,
     /// RMS rate of change of the commanded wheel speeds, in rad/s2.
     pub control_effort: Option<f64>,
 }
@@ -131,7 +144,7 @@ fn settled<'a>(scenario: &'a Scenario) -> impl Fn(&&'a FrameRecord) -> bool + 'a
 impl Metrics {
     /// Metrics that are numbers and bear on the result, by their names in the summary: all but `completed`, `end_state` and what
     /// depends on the machine.
-    pub const NUMBERS: [&str; 17] = [
+    pub const NUMBERS: [&str; 23] = [
         "distance_m",
         "sim_time_s",
         "lateral_rms_m",
@@ -148,11 +161,22 @@ impl Metrics {
         "survey_drift_share",
         "survey_length_error_max",
         "survey_width_error_max_m",
+        "ahead_fittings",
+        "ahead_named_share",
+        "ahead_detection_widths_min",
+        "ahead_latency_max_s",
+        "ahead_distance_error_max_m",
+        "ahead_false_alarms",
         "control_effort",
     ];
 
     /// The figures of a run that took `wall_time_s`.
     pub fn of(scenario: &Scenario, run: &RunRecord, wall_time_s: Option<f64>) -> Self {
+        Self::with_ahead(scenario, run, &AheadScores::of(scenario, run), wall_time_s)
+    }
+
+    /// The same for who has the run's scores of what was named already.
+    pub(crate) fn with_ahead(scenario: &Scenario, run: &RunRecord, ahead: &AheadScores, wall_time_s: Option<f64>) -> Self {
         let tracked = || run.frames.iter().filter(settled(scenario));
         let lateral = || tracked().map(|f| f.truth.lateral_m);
         let heading = || tracked().map(|f| f.truth.heading_rad);
@@ -188,6 +212,12 @@ impl Metrics {
             survey_drift_share: survey.and_then(|survey| survey.drift_share),
             survey_length_error_max: survey.and_then(Survey::length_error_max),
             survey_width_error_max_m: survey.and_then(Survey::width_error_max_m),
+            ahead_fittings: ahead.fittings.len() as u32,
+            ahead_named_share: ahead.named_share(),
+            ahead_detection_widths_min: ahead.detection_widths_min(),
+            ahead_latency_max_s: ahead.latency_max_s(),
+            ahead_distance_error_max_m: ahead.distance_error_max_m(),
+            ahead_false_alarms: ahead.false_alarms,
             control_effort: rms(effort),
         }
     }
@@ -216,6 +246,12 @@ impl Metrics {
             "survey_drift_share" => number(self.survey_drift_share),
             "survey_length_error_max" => number(self.survey_length_error_max),
             "survey_width_error_max_m" => number(self.survey_width_error_max_m),
+            "ahead_fittings" => Measured::Number(f64::from(self.ahead_fittings)),
+            "ahead_named_share" => number(self.ahead_named_share),
+            "ahead_detection_widths_min" => number(self.ahead_detection_widths_min),
+            "ahead_latency_max_s" => number(self.ahead_latency_max_s),
+            "ahead_distance_error_max_m" => number(self.ahead_distance_error_max_m),
+            "ahead_false_alarms" => number(self.ahead_false_alarms.map(f64::from)),
             "control_effort" => number(self.control_effort),
             _ => Measured::Nothing,
         }
@@ -324,6 +360,7 @@ mod tests {
                 reason: None,
                 estimate: None,
                 outlook: None,
+                true_ahead: None,
                 believed_pose: None,
                 ducts: 0,
                 lines: 0,

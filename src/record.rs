@@ -11,6 +11,7 @@ use ductloop_sensor::renderer::View;
 use ductloop_sim::collision::Collisions;
 use ductloop_sim::truth::Truth;
 
+use crate::ahead_scores::TrueAhead;
 use crate::grey_image::GreyImage;
 use crate::link::LinkCounts;
 use crate::stage_scores::Score;
@@ -62,6 +63,8 @@ pub struct FrameRecord {
     pub estimate: Option<Estimate>,
     /// What it sees of the duct ahead.
     pub outlook: Option<Outlook>,
+    /// What is truly there; `None` where it is off the path.
+    pub true_ahead: Option<TrueAhead>,
     /// Where it believes the base is, in the frame of the duct in which it began: along it from there, to the left, heading.
     pub believed_pose: Option<[f64; 3]>,
     /// How many ducts it has been in, the present one included, by its own count.

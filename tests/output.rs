@@ -8,6 +8,7 @@ use std::path::Path;
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int64Type, UInt32Type, UInt64Type};
 use arrow_array::{Array, RecordBatch};
+use ductloop::ahead_scores::TrueAhead;
 use ductloop::output::folder::{FolderError, RunFolder, folder_name};
 use ductloop::output::junit::{Case, junit, write_junit};
 use ductloop::output::manifest::{AdapterInfo, Manifest};
@@ -17,6 +18,7 @@ use ductloop::record::{EndState, FrameRecord, KeyFrames, RunRecord};
 use ductloop::run_files::write_run;
 use ductloop::viewpoint::still;
 use ductloop::{Command, Counts, GreyImage, Measurement, MountAngles, Scenario, Sides, Verdict, report};
+use ductloop_nav::ahead::{Fitting, Outlook, Side};
 use ductloop_nav::navigator::{Reason, State};
 use ductloop_nav::perception::{StripeLine, Wall, WallMeasurement};
 use ductloop_sensor::optics::Bits;
@@ -115,6 +117,7 @@ fn made_up(scenario: &Scenario, lateral_m: f64) -> RunRecord {
             reason: blind.then_some(Reason::NoWall),
             estimate: None,
             outlook: None,
+            true_ahead: None,
             believed_pose: None,
             ducts: 0,
             lines: lines.len(),
@@ -243,13 +246,13 @@ fn the_summary_is_the_documented_json() {
     assert_eq!(json["metrics"]["real_time_factor"], 4.0);
     // The fields' order is part of what is documented, so the text is read.
     let places = |names: &[&str]| names.iter().map(|name| text.find(&format!("\"{name}\":"))).collect::<Vec<_>>();
-    let outer = places(&["format", "scenario", "verdict", "reasons", "seed", "renderer", "run_hash", "metrics"]);
+    let outer = places(&["format", "scenario", "verdict", "reasons", "seed", "renderer", "run_hash", "metrics", "ahead"]);
     assert!(outer.iter().all(Option::is_some) && outer.is_sorted(), "{text}");
     let metrics = words::METRICS.map(|words| words.metric);
     let inner = places(&metrics);
     assert!(inner.iter().all(Option::is_some) && inner.is_sorted(), "{text}");
     assert_eq!(json["metrics"].as_object().map(|metrics| metrics.len()), Some(metrics.len()));
-    assert_eq!(json.as_object().map(|summary| summary.len()), Some(8));
+    assert_eq!(json.as_object().map(|summary| summary.len()), Some(9));
 
     let broken = summary.broken_off(Verdict::Error, "the graphics device was lost");
     let json: serde_json::Value = serde_json::from_str(&broken.to_json().expect("JSON")).expect("JSON");
@@ -370,6 +373,40 @@ fn the_report_needs_nothing_but_itself_and_says_why() {
     for foreign in ["http:", "https:", "<script", "<link", "@import", "NaN", "inf "] {
         assert!(!page.contains(foreign), "{foreign}");
     }
+}
+
+/// A duct that ends with a cap, which is named an elbow, and then what it is.
+#[test]
+fn the_report_shows_what_lay_ahead() {
+    let text = "format = 1\nkind = \"scenario\"\nname = \"ahead\"\n[duct]\nwidth_m = 0.5\nheight_m = 0.3\nexit = \"cap\"\n\
+                run = [{ straight_m = 6.0 }]\n";
+    let capped = Scenario::from_toml_str(text).unwrap_or_else(|wrong| panic!("{wrong}"));
+    let mut run = made_up(&scenario(), 0.0);
+    run.frames.truncate(100);
+    for (number, frame) in run.frames.iter_mut().enumerate() {
+        let distance_m = 2.0 - 0.016 * number as f64;
+        let fitting = Fitting::DeadEnd;
+        frame.true_ahead = Some(TrueAhead { thing: 0, fitting, distance_m, is_in_reach: true, is_inside: false });
+        let fitting = if number < 60 { Fitting::Elbow(Side::Left) } else { Fitting::DeadEnd };
+        frame.outlook = Some(Outlook { fitting, distance_m, ..Outlook::default() });
+    }
+    let summary = Summary::of(&capped, &run, "cpu", None);
+    let page = report::html(&capped, &run, &summary, &manifest()).expect("a page");
+    for part in [
+        "What lay ahead, and what it was named",
+        "<title>dead-end named dead-end: 1 of 1</title>",
+        "<title>dead-end named elbow-left: 60 of 100</title>",
+        "class=\"is-elbow-left\"",
+        "straight-1.out",
+        "0 false alarms",
+    ] {
+        assert!(page.contains(part), "{part} is missing");
+    }
+    // Nothing lay ahead: no section.
+    let plain = scenario();
+    let run = made_up(&plain, 0.05);
+    let page = report::html(&plain, &run, &Summary::of(&plain, &run, "cpu", None), &manifest()).expect("a page");
+    assert!(!page.contains("What lay ahead"));
 }
 
 #[test]

@@ -114,11 +114,26 @@ mod tests {
             survey_drift_share: None,
             survey_length_error_max: None,
             survey_width_error_max_m: None,
+            ahead_fittings: 0,
+            ahead_named_share: None,
+            ahead_detection_widths_min: None,
+            ahead_latency_max_s: None,
+            ahead_distance_error_max_m: None,
+            ahead_false_alarms: None,
             control_effort: None,
         };
-        let (scenario, renderer) = ("t".into(), "cpu".into());
-        let summary =
-            Summary { format: 1, scenario, verdict, reasons: Vec::new(), seed, renderer, run_hash: None, metrics, message: None };
+        let summary = Summary {
+            format: 1,
+            scenario: "t".into(),
+            verdict,
+            reasons: Vec::new(),
+            seed,
+            renderer: "cpu".into(),
+            run_hash: None,
+            metrics,
+            ahead: Default::default(),
+            message: None,
+        };
         Finished { input: 0, name: format!("t-s{seed}"), summary, report: None }
     }
 

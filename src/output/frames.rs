@@ -103,6 +103,8 @@ pub fn table(frames: &[FrameRecord]) -> Result<RecordBatch, ArrowError> {
     columns.push("ahead", true, |frames| frames.map(|f| f.outlook.map(|o| o.fitting.word())).collect::<StringArray>());
     columns.seen("ahead_at_m", |f| Some(f.outlook?.distance_m));
     columns.seen("ahead_confidence", |f| Some(f.outlook?.confidence));
+    columns.push("true_ahead", true, |frames| frames.map(|f| f.true_ahead.map(|a| a.fitting.word())).collect::<StringArray>());
+    columns.seen("true_ahead_at_m", |f| f.true_ahead.map(|ahead| ahead.distance_m).filter(|distance_m| distance_m.is_finite()));
     columns.seen("believed_x_m", |f| Some(f.believed_pose?[0]));
     columns.seen("believed_y_m", |f| Some(f.believed_pose?[1]));
     columns.seen("believed_heading_rad", |f| Some(f.believed_pose?[2]));

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::ahead_scores::AheadScores;
 use crate::metrics::{Metrics, Reason, Verdict, judge};
 use crate::record::RunRecord;
 use crate::scenario::Scenario;
@@ -25,6 +26,8 @@ pub struct Summary {
     pub run_hash: Option<String>,
     /// Its figures.
     pub metrics: Metrics,
+    /// What lay ahead against what it was named, fitting by fitting and as counts that add up over runs.
+    pub ahead: AheadScores,
     /// Why the run ended early, in words; only with the verdicts `error` and `timeout`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
@@ -33,7 +36,8 @@ pub struct Summary {
 impl Summary {
     /// Of a run that came to its end, which took `wall_time_s`.
     pub fn of(scenario: &Scenario, run: &RunRecord, renderer: &str, wall_time_s: Option<f64>) -> Self {
-        let metrics = Metrics::of(scenario, run, wall_time_s);
+        let ahead = AheadScores::of(scenario, run);
+        let metrics = Metrics::with_ahead(scenario, run, &ahead, wall_time_s);
         let (verdict, reasons) = judge(scenario, run, &metrics);
         Self {
             format: 1,
@@ -44,6 +48,7 @@ impl Summary {
             renderer: renderer.to_owned(),
             run_hash: Some(format!("{:032x}", run.run_hash)),
             metrics,
+            ahead,
             message: None,
         }
     }

@@ -25,7 +25,7 @@ const fn words(metric: &'static str, label: &'static str, unit: &'static str, pe
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
 /// All metrics of a summary, in its order.
-pub const METRICS: [MetricWords; 21] = [
+pub const METRICS: [MetricWords; 27] = [
     words("completed", "finish line passed", "", 1.0),
     words("end_state", "how it ended", "", 1.0),
     words("distance_m", "distance covered", "m", 1.0),
@@ -46,6 +46,12 @@ pub const METRICS: [MetricWords; 21] = [
     words("survey_drift_share", "drift of the survey over the way", "%", 100.0),
     words("survey_length_error_max", "largest error of a surveyed length", "%", 100.0),
     words("survey_width_error_max_m", "largest error of a surveyed width", "mm", 1e3),
+    words("ahead_fittings", "fittings and ends come to", "", 1.0),
+    words("ahead_named_share", "named rightly before they were entered", "%", 100.0),
+    words("ahead_detection_widths_min", "least detection distance", "widths", 1.0),
+    words("ahead_latency_max_s", "longest time until one was named rightly", "s", 1.0),
+    words("ahead_distance_error_max_m", "largest error of the distance to one", "mm", 1e3),
+    words("ahead_false_alarms", "false alarms in straight ducts", "", 1.0),
     words("control_effort", "control effort", "rad/s²", 1.0),
 ];
 
@@ -227,6 +233,12 @@ mod tests {
             survey_drift_share: None,
             survey_length_error_max: None,
             survey_width_error_max_m: None,
+            ahead_fittings: 0,
+            ahead_named_share: None,
+            ahead_detection_widths_min: None,
+            ahead_latency_max_s: None,
+            ahead_distance_error_max_m: None,
+            ahead_false_alarms: None,
             control_effort: None,
         };
         let held = |metric, bound, metrics: &Metrics| {

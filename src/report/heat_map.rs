@@ -160,7 +160,7 @@ impl HeatMap {
 }
 
 /// The colour of a share from 0 to 1.
-fn colour(share: f64) -> String {
+pub(super) fn colour(share: f64) -> String {
     let at = share.clamp(0.0, 1.0) * (COLOURS.len() - 1) as f64;
     let from = (at as usize).min(COLOURS.len() - 2);
     let mix = |i: usize| (COLOURS[from][i] + (COLOURS[from + 1][i] - COLOURS[from][i]) * (at - from as f64)).round() as u8;

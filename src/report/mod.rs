@@ -1,9 +1,10 @@
 //! `report.html`: one page that shows what a run did and why its verdict is what it is. It needs no script and no other file.
 //!
 //! - `verdict`: criteria and figures as tables;
-//! - `plan`: the robot's path on the plan of the duct, to scale; `unrolled`: the same along the centreline, widened;
+//! - `plan`: the robot's path on the plan of the duct, to scale (`floor_plan`: what plans have in common); `unrolled`: the same along the centreline, widened;
 //! - `charts`: errors, estimates, wheel speeds and clearance over time, drawn by [`plot`] with the [`ticks`] of its axes;
 //! - `key_frames`: what the camera saw and what the navigator made of it;
+//! - `ahead`: what lay ahead against what it was named, with the `confusion_table`s;
 //! - `states`: how long the navigator was how sure, and why;
 //! - `thinning`: long series without the points that nobody sees;
 //! - [`accuracy`]: the page of an accuracy study, with the [`heat_map`]s of `accuracy_maps`;
@@ -13,7 +14,10 @@
 
 pub mod accuracy;
 pub mod accuracy_maps;
+mod ahead;
 mod charts;
+mod confusion_table;
+mod floor_plan;
 pub mod heat_map;
 mod key_frames;
 pub mod network_plan;
@@ -73,6 +77,7 @@ pub fn html(scenario: &Scenario, run: &RunRecord, summary: &Summary, manifest: &
         plan => drawing(plan::svg(scenario, &network, run)),
         unrolled => drawing(unrolled::plot(scenario, &network, run).svg()),
         states => states::rows(scenario, run),
+        ahead => ahead::section(run, &summary.ahead),
         charts => charts,
         lasers => key_frames::lasers(scenario),
         key_frames => key_frames::figures(scenario, run)?,

@@ -8,24 +8,18 @@ use ductloop_duct::fitting::{Blade, Fitting, GrilleSide, Hand, Shape};
 use ductloop_duct::network::{Attached, End, Network};
 use nalgebra::{Point2, Point3, Vector2};
 
-use super::plan::{hull, wall_pieces};
+use super::floor_plan::{Room, Scale, hull, wall_pieces};
 use super::plot::escaped;
 use crate::scenario::Scenario;
 
-/// Greatest width and height of the drawing, in pixels; a small network's is no wider than this.
-const WIDTH_MAX: f64 = 1200.0;
-const WIDTH_SMALL: f64 = 460.0;
-const HEIGHT_MAX: f64 = 1500.0;
-/// Space around the network: room for labels beside it.
-const MARGIN: f64 = 110.0;
+/// Beside the network is room for labels; small ones are not blown up, and their drawing is no wider than it must be.
+const ROOM: Room = Room { width: [460.0, 1200.0], height_max: 1500.0, margin: 110.0, below: 0.0, per_m_max: 200.0 };
 /// Size of the letters, and about how wide one is.
 const LETTER: f64 = 12.0;
 const LETTER_WIDE: f64 = 6.4;
 const LINE: f64 = 14.0;
 /// Arrows on the route are about this far apart, in pixels.
 const ARROWS: f64 = 70.0;
-/// The most pixels a metre: small networks are not blown up further.
-const PER_M_MAX: f64 = 200.0;
 
 const STYLE: &str = "\
 text{font:12px system-ui,'DejaVu Sans',sans-serif;fill:#222}\
@@ -38,45 +32,9 @@ text{font:12px system-ui,'DejaVu Sans',sans-serif;fill:#222}\
 .route{fill:none;stroke:#1769c2;stroke-width:1.6}.arrow{fill:#1769c2}.leader{stroke:#aab;stroke-width:.8}\
 .start{fill:#fff;stroke:#1769c2;stroke-width:2}.stop{fill:#1769c2}";
 
-/// From metres in the world to pixels.
-struct Scale {
-    per_m: f64,
-    left_m: f64,
-    top_m: f64,
-    width: f64,
-    height: f64,
-}
-
-impl Scale {
-    fn of(network: &Network) -> Self {
-        let corners = || network.cells.iter().flat_map(|cell| cell.faces.iter().flat_map(|face| &face.outline));
-        let least = |coordinate: fn(&Point3<f64>) -> f64| corners().map(coordinate).fold(f64::INFINITY, f64::min);
-        let (left, right) = (least(|p| p.x), -least(|p| -p.x));
-        let (bottom, top) = (least(|p| p.y), -least(|p| -p.y));
-        let per_m =
-            ((WIDTH_MAX - 2.0 * MARGIN) / (right - left)).min((HEIGHT_MAX - 2.0 * MARGIN) / (top - bottom)).min(PER_M_MAX);
-        let width = ((right - left) * per_m + 2.0 * MARGIN).max(WIDTH_SMALL);
-        let spare_m = (width - 2.0 * MARGIN) / per_m - (right - left);
-        Self { per_m, left_m: left - spare_m / 2.0, top_m: top, width, height: (top - bottom) * per_m + 2.0 * MARGIN }
-    }
-
-    fn at(&self, p: &Point2<f64>) -> [f64; 2] {
-        [MARGIN + (p.x - self.left_m) * self.per_m, MARGIN + (self.top_m - p.y) * self.per_m]
-    }
-
-    fn path(&self, points: impl IntoIterator<Item = Point2<f64>>, closed: bool) -> String {
-        let mut path = String::new();
-        for (i, point) in points.into_iter().enumerate() {
-            let [u, v] = self.at(&point);
-            let _ = write!(path, "{}{u:.1} {v:.1}", if i == 0 { 'M' } else { 'L' });
-        }
-        if closed { path + "Z" } else { path }
-    }
-}
-
 /// The drawing, as a whole SVG file.
 pub fn svg(scenario: &Scenario, network: &Network) -> String {
-    let scale = Scale::of(network);
+    let scale = Scale::of(network, &ROOM);
     let mut out = String::new();
     // Writing to a string cannot fail.
     let _ = draw(&mut out, &scale, scenario, network);
@@ -444,10 +402,7 @@ fn dimensions(fitting: &Fitting) -> Option<String> {
 }
 
 fn draw_scale_bar(out: &mut String, scale: &Scale) -> std::fmt::Result {
-    let length_m = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]
-        .into_iter()
-        .find(|length_m| length_m * scale.per_m > 60.0)
-        .unwrap_or(200.0);
+    let length_m = scale.bar_m();
     let (x, y) = (scale.width - 30.0 - length_m * scale.per_m, 24.0);
     writeln!(out, r#"<path class="wall" d="M{x:.1} {y}h{:.1}"/>"#, length_m * scale.per_m)?;
     writeln!(out, r#"<text x="{x:.1}" y="{}">{length_m} m</text>"#, y - 6.0)

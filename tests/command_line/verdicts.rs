@@ -91,6 +91,12 @@ fn the_document_has_the_agreed_fields_in_the_agreed_order() {
         "survey_drift_share",
         "survey_length_error_max",
         "survey_width_error_max_m",
+        "ahead_fittings",
+        "ahead_named_share",
+        "ahead_detection_widths_min",
+        "ahead_latency_max_s",
+        "ahead_distance_error_max_m",
+        "ahead_false_alarms",
         "control_effort",
     ];
     assert_eq!(keys(&run["metrics"]), metrics);

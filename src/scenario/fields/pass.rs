@@ -54,6 +54,24 @@ pub(super) const FIELDS: &[Field] = &[
     criterion("pass.survey_width_error_max_mm", 1e4, "survey_width_error_max_m")
         .milli("mm")
         .about("Largest error of a surveyed width, in ducts driven along for at least a metre."),
+    criterion("pass.ahead_named_share_min", 1.0, "ahead_named_share")
+        .about("Least share of fittings, obstacles and ends that must be named rightly before the robot enters them."),
+    criterion("pass.ahead_detection_widths_min", 100.0, "ahead_detection_widths_min").about(
+        "Least distance, in widths of the duct, from which on elbows, tees, crosses and dead ends must have their right name.",
+    ),
+    criterion("pass.ahead_latency_max_s", 36_000.0, "ahead_latency_max_s")
+        .unit("s")
+        .about("Longest time from when a fitting can be seen to when it has its right name."),
+    criterion("pass.ahead_distance_error_max_mm", 1e4, "ahead_distance_error_max_m")
+        .milli("mm")
+        .about("Largest error of the distance to a fitting that has its right name."),
+    Field::new(
+        "pass.ahead_false_alarms",
+        Kind::Integer { min: 0, max: 1_000_000 },
+        Slot::Criterion("ahead_false_alarms", Scale::Si),
+    )
+    .or(Default::Absent("not looked at"))
+    .about("Most often that something may be named where the duct goes straight on as far as can be seen."),
     criterion("pass.control_effort", 1e6, "control_effort").about("Largest control effort, in the summary's own measure."),
     Field::number("pass.settle_m", 0.0, 1e5, |s| &mut s.pass.settle_m)
         .unit("m")
