@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::reason_words::stop_reason;
 use crate::record::{EndState, FrameRecord, RunRecord};
 use crate::scenario::{Bound, Measured, Scenario};
 use crate::survey::Survey;
@@ -15,6 +16,8 @@ pub struct Metrics {
     pub completed: bool,
     /// How the run ended.
     pub end_state: &'static str,
+    /// Why the navigator had stopped, where that ended the run.
+    pub stop_reason: Option<&'static str>,
     /// Distance along the centreline from start to end.
     pub distance_m: f64,
     /// Simulated time.
@@ -129,8 +132,8 @@ fn settled<'a>(scenario: &'a Scenario) -> impl Fn(&&'a FrameRecord) -> bool + 'a
 }
 
 impl Metrics {
-    /// Metrics that are numbers and bear on the result, by their names in the summary: all but `completed`, `end_state` and what
-    /// depends on the machine.
+    /// Metrics that are numbers and bear on the result, by their names in the summary: all but `completed`, `end_state`,
+    /// `stop_reason` and what depends on the machine.
     pub const NUMBERS: [&str; 17] = [
         "distance_m",
         "sim_time_s",
@@ -170,6 +173,7 @@ impl Metrics {
         Self {
             completed: run.end == EndState::Finished,
             end_state: run.end.word(),
+            stop_reason: stop_reason(run.end, run.frames.last()),
             distance_m: run.distance_m,
             sim_time_s: run.sim_time_s,
             wall_time_s,
@@ -198,6 +202,7 @@ impl Metrics {
         match name {
             "completed" => Measured::Flag(self.completed),
             "end_state" => Measured::Word(self.end_state),
+            "stop_reason" => self.stop_reason.map_or(Measured::Nothing, Measured::Word),
             "distance_m" => Measured::Number(self.distance_m),
             "sim_time_s" => Measured::Number(self.sim_time_s),
             "wall_time_s" => number(self.wall_time_s),
