@@ -406,4 +406,24 @@ mod tests {
         assert_eq!(verdict("end_state = \"time-limit\""), Verdict::Pass);
         assert_eq!(verdict("end_state = \"finished\""), Verdict::Fail);
     }
+
+    #[test]
+    fn what_it_stopped_for_can_be_asked_for() {
+        use ductloop_nav::navigator::{Reason, State};
+        let verdict = |pass: &str, state: State, end: EndState| {
+            let mut stopped = run(&[0.0, 0.0], end);
+            if let Some(last) = stopped.frames.last_mut() {
+                (last.state, last.reason) = (state, Some(Reason::Obstacle));
+            }
+            let scenario = scenario(pass);
+            let metrics = Metrics::of(&scenario, &stopped, None);
+            (metrics.stop_reason, judge(&scenario, &stopped, &metrics).0)
+        };
+        let asked = "end_state = \"stopped\"\nstop_reason = \"obstacle\"";
+        assert_eq!(verdict(asked, State::Stopped, EndState::Stopped), (Some("obstacle"), Verdict::Pass));
+        assert_eq!(verdict("stop_reason = \"drop\"", State::Stopped, EndState::Stopped), (Some("obstacle"), Verdict::Fail));
+        // Stopped by the wheel controller, or ended otherwise: then the navigator's reason is none of a stop.
+        assert_eq!(verdict(asked, State::Degraded, EndState::Stopped), (None, Verdict::Fail));
+        assert_eq!(verdict("stop_reason = \"obstacle\"", State::Stopped, EndState::Finished), (None, Verdict::Fail));
+    }
 }
