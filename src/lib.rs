@@ -35,6 +35,7 @@ pub mod engine;
 pub mod fault;
 pub mod grey_image;
 mod head;
+pub mod library;
 pub mod link;
 pub mod metrics;
 pub mod navigator_process;
@@ -47,6 +48,7 @@ pub mod picture;
 #[cfg(feature = "cli")]
 mod picture_mark;
 pub mod pilot;
+pub mod reason_words;
 pub mod record;
 #[cfg(feature = "cli")]
 pub mod report;

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::ahead_scores::AheadScores;
+use crate::reason_words::stop_reason;
 use crate::record::{EndState, FrameRecord, RunRecord};
 use crate::scenario::{Bound, Measured, Scenario};
 use crate::survey::Survey;
@@ -16,6 +17,8 @@ pub struct Metrics {
     pub completed: bool,
     /// How the run ended.
     pub end_state: &'static str,
+    /// Why the navigator had stopped, where that ended the run.
+    pub stop_reason: Option<&'static str>,
     /// Distance along the centreline from start to end.
     pub distance_m: f64,
     /// Simulated time.
@@ -142,8 +145,8 @@ fn settled<'a>(scenario: &'a Scenario) -> impl Fn(&&'a FrameRecord) -> bool + 'a
 }
 
 impl Metrics {
-    /// Metrics that are numbers and bear on the result, by their names in the summary: all but `completed`, `end_state` and what
-    /// depends on the machine.
+    /// Metrics that are numbers and bear on the result, by their names in the summary: all but `completed`, `end_state`,
+    /// `stop_reason` and what depends on the machine.
     pub const NUMBERS: [&str; 23] = [
         "distance_m",
         "sim_time_s",
@@ -194,6 +197,7 @@ impl Metrics {
         Self {
             completed: run.end == EndState::Finished,
             end_state: run.end.word(),
+            stop_reason: stop_reason(run.end, run.frames.last()),
             distance_m: run.distance_m,
             sim_time_s: run.sim_time_s,
             wall_time_s,
@@ -228,6 +232,7 @@ impl Metrics {
         match name {
             "completed" => Measured::Flag(self.completed),
             "end_state" => Measured::Word(self.end_state),
+            "stop_reason" => self.stop_reason.map_or(Measured::Nothing, Measured::Word),
             "distance_m" => Measured::Number(self.distance_m),
             "sim_time_s" => Measured::Number(self.sim_time_s),
             "wall_time_s" => number(self.wall_time_s),
@@ -437,5 +442,25 @@ mod tests {
         assert_eq!(verdict("completed = true"), Verdict::Fail);
         assert_eq!(verdict("end_state = \"time-limit\""), Verdict::Pass);
         assert_eq!(verdict("end_state = \"finished\""), Verdict::Fail);
+    }
+
+    #[test]
+    fn what_it_stopped_for_can_be_asked_for() {
+        use ductloop_nav::navigator::{Reason, State};
+        let verdict = |pass: &str, state: State, end: EndState| {
+            let mut stopped = run(&[0.0, 0.0], end);
+            if let Some(last) = stopped.frames.last_mut() {
+                (last.state, last.reason) = (state, Some(Reason::Obstacle));
+            }
+            let scenario = scenario(pass);
+            let metrics = Metrics::of(&scenario, &stopped, None);
+            (metrics.stop_reason, judge(&scenario, &stopped, &metrics).0)
+        };
+        let asked = "end_state = \"stopped\"\nstop_reason = \"obstacle\"";
+        assert_eq!(verdict(asked, State::Stopped, EndState::Stopped), (Some("obstacle"), Verdict::Pass));
+        assert_eq!(verdict("stop_reason = \"drop\"", State::Stopped, EndState::Stopped), (Some("obstacle"), Verdict::Fail));
+        // Stopped by the wheel controller, or ended otherwise: then the navigator's reason is none of a stop.
+        assert_eq!(verdict(asked, State::Degraded, EndState::Stopped), (None, Verdict::Fail));
+        assert_eq!(verdict("stop_reason = \"obstacle\"", State::Stopped, EndState::Finished), (None, Verdict::Fail));
     }
 }

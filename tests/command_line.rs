@@ -15,6 +15,8 @@ mod inputs;
 mod interrupts;
 #[path = "command_line/jobs.rs"]
 mod jobs;
+#[path = "command_line/library.rs"]
+mod library;
 #[path = "command_line/other_commands.rs"]
 mod other_commands;
 #[path = "command_line/own_navigator.rs"]

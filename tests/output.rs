@@ -199,7 +199,7 @@ fn the_table_has_a_row_a_frame_and_reads_back_to_the_bit() {
         assert_eq!(column("faults").as_primitive::<UInt32Type>().value(i), frame.faults);
         assert_eq!(column("state").as_string::<i32>().value(i), frames::state_word(frame.state));
         let why = column("state_reason").as_string::<i32>();
-        assert_eq!(why.is_valid(i).then(|| why.value(i)), frame.reason.map(frames::reason_word));
+        assert_eq!(why.is_valid(i).then(|| why.value(i)), frame.reason.map(ductloop::reason_words::reason_word));
         for (name, value) in [
             ("time_s", frame.time_s),
             ("x_m", base.translation.x),

@@ -15,7 +15,9 @@ use super::seeds::{self, Seeds};
     max_term_width = 110,
     after_help = "\
 Examples:
-  ductloop run scenarios/straight.toml            a run; its report is out/straight/report.html
+  ductloop list                                   the scenarios that are built in
+  ductloop run straight                           a run of one; its report is out/straight/report.html
+  ductloop new my-duct.toml --from elbow-left     a copy of one to start from
   ductloop run scenarios --junit out/junit.xml    every scenario below a folder, for CI
   ductloop run straight --seeds 1..20 --jobs 2    twenty seeds, two at a time
   ductloop render straight --at-s 2 --truth --out frame.png   what the camera sees, and what is the case
@@ -45,6 +47,10 @@ pub(crate) enum Command {
     Render(RenderArgs),
     /// Measure how accurate the perception is: a grid of poses, each rendered, read and held against the truth
     Accuracy(super::accuracy::AccuracyArgs),
+    /// List the scenarios that are built in, by theme
+    List(super::list::ListArgs),
+    /// Write a commented scenario file to start from
+    New(super::new::NewArgs),
     /// Check scenario files without running them
     Check(CheckArgs),
     /// Print the JSON Schema of scenario files, or of another kind, for editors
@@ -102,7 +108,8 @@ pub(crate) enum RendererChoice {
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
-  ductloop run scenarios/straight.toml
+  ductloop run scenarios/straight.toml                                a file
+  ductloop run elbow-left                                             a scenario of the library (`ductloop list`)
   ductloop run straight straight-offset --set robot.speed_m_s=0.2
   ductloop run scenarios --junit out/junit.xml --json > runs.json
   ductloop run scenarios --jobs 4                                     four runs at a time
@@ -110,7 +117,7 @@ Examples:
 
 A run's folder OUT/NAME holds report.html, summary.json, frames.parquet, scenario.toml, manifest.json and frames/*.png.")]
 pub(crate) struct RunArgs {
-    /// Scenario files, folders (every scenario below them), or names of files in ./scenarios
+    /// Scenario files, folders (every scenario below them), or names of scenarios below ./scenarios or in the library
     #[arg(required = true, value_name = "FILE|DIR|NAME")]
     pub(crate) inputs: Vec<PathBuf>,
     #[command(flatten)]
@@ -172,7 +179,7 @@ Examples:
 
 A picture of 10 or 12 bits is a PNG of 16 bits with the values as they are, 0 to 1023 or 4095: most viewers show it dark.")]
 pub(crate) struct RenderArgs {
-    /// Scenario file, or name of a file in ./scenarios
+    /// Scenario file, or name of a scenario below ./scenarios or in the library
     #[arg(value_name = "FILE|NAME")]
     pub(crate) input: PathBuf,
     /// Simulated time: the first frame exposed at or after it. Several times, with commas between, give a contact sheet: of the
@@ -217,7 +224,7 @@ pub(crate) struct RenderArgs {
 
 #[derive(Args, Debug)]
 pub(crate) struct CheckArgs {
-    /// Scenario files, folders, or names of files in ./scenarios
+    /// Scenario files, folders, or names of scenarios below ./scenarios or in the library
     #[arg(required = true, value_name = "FILE|DIR|NAME")]
     pub(crate) inputs: Vec<PathBuf>,
     #[command(flatten)]
@@ -252,16 +259,22 @@ pub(crate) struct BenchArgs {
 impl Command {
     /// The list of results in the document of `run`.
     pub(crate) const RUNS: &'static str = "runs";
-    /// The same of `check`.
+    /// The same of `check` and `list`.
     pub(crate) const SCENARIOS: &'static str = "scenarios";
 
     /// The list of results in its document, if it has one.
     pub(crate) fn list(&self) -> Option<&'static str> {
         match self {
             Self::Run(_) => Some(Self::RUNS),
-            Self::Check(_) => Some(Self::SCENARIOS),
+            Self::Check(_) | Self::List(_) => Some(Self::SCENARIOS),
             Self::Perceive(_) => Some(super::perceive::PerceiveArgs::IMAGES),
-            Self::Render(_) | Self::Accuracy(_) | Self::Calibrate(_) | Self::Schema(_) | Self::Bench(_) | Self::Sweep(_) => None,
+            Self::Render(_)
+            | Self::New(_)
+            | Self::Accuracy(_)
+            | Self::Calibrate(_)
+            | Self::Schema(_)
+            | Self::Bench(_)
+            | Self::Sweep(_) => None,
         }
     }
 
@@ -271,6 +284,8 @@ impl Command {
             Self::Run(args) => args.json,
             Self::Render(args) => args.json,
             Self::Check(args) => args.json,
+            Self::List(args) => args.json,
+            Self::New(args) => args.json,
             Self::Accuracy(args) => args.json,
             Self::Bench(args) => args.json,
             Self::Calibrate(args) => args.json,

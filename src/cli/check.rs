@@ -50,7 +50,7 @@ pub(crate) fn command(args: &CheckArgs) -> Result<u8, Problem> {
     for input in &inputs {
         let scenario = &input.scenario;
         let length_m = scenario.duct.network().map_or(f64::NAN, |network| network.centreline.length_m());
-        let (file, fittings, criteria) = (input.file.display(), scenario.duct.fittings().len(), scenario.pass.list.len());
+        let (file, fittings, criteria) = (&input.source, scenario.duct.fittings().len(), scenario.pass.list.len());
         if !args.quiet && !args.json {
             let about = if scenario.about.is_empty() { String::new() } else { format!(": {}", scenario.about) };
             let (name, seed) = (&scenario.name, scenario.seed);
@@ -60,7 +60,7 @@ pub(crate) fn command(args: &CheckArgs) -> Result<u8, Problem> {
         }
         let warnings = warnings::of_start(scenario);
         if !args.quiet {
-            warnings.iter().for_each(|warning| warning.tell(&input.file));
+            warnings.iter().for_each(|warning| warning.tell(&input.source));
         }
         rows.push(json!({
             "file": file.to_string(), "scenario": scenario.name, "length_m": length_m, "fittings": fittings, "criteria": criteria,

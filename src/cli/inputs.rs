@@ -5,25 +5,26 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use ductloop::Scenario;
-use ductloop::scenario::{Diagnostics, FileKind, Overlays};
+use ductloop::scenario::{Diagnostics, FileKind, Overlays, near};
+use ductloop::{Scenario, library};
 
 use super::args::OverlayArgs;
 use super::problem::{Problem, Problems};
+use super::source::Source;
 
 /// A scenario that was read without an error.
 #[derive(Debug)]
 pub(crate) struct Input {
-    /// The file.
-    pub(crate) file: PathBuf,
+    /// Where it comes from.
+    pub(crate) source: Source,
     /// What it says.
     pub(crate) scenario: Scenario,
     /// Whether the command line changed it.
     pub(crate) changed: bool,
 }
 
-/// Where a name is looked for.
-const LIBRARY: &str = "scenarios";
+/// The folder in which a name is looked for before the library.
+const HERE: &str = "scenarios";
 /// The field that `--perception` sets.
 const PIPELINE: &str = "perception.pipeline";
 /// How much of a file is read to tell its kind.
@@ -57,22 +58,22 @@ impl OverlayArgs {
 pub(crate) fn read(inputs: &[PathBuf], overlay: &OverlayArgs) -> Result<Vec<Input>, Problem> {
     let overlays = overlay.overlays();
     let changed = overlays != Overlays::default();
-    let mut files = Vec::new();
+    let mut sources = Vec::new();
     let mut problems = Problems::default();
     for input in inputs {
         match find(input) {
-            Ok(found) => files.extend(found),
+            Ok(found) => sources.extend(found),
             Err(problem) => problems.note(problem),
         }
     }
     // The same file named twice is one run.
     let mut seen = BTreeSet::new();
-    files.retain(|file| seen.insert(file.canonicalize().unwrap_or_else(|_| file.clone())));
+    sources.retain(|source| seen.insert(source.place()));
     let mut read = Vec::new();
     let mut wrong = Vec::new();
-    for file in files {
-        match Scenario::read(&file, &overlays) {
-            Ok(scenario) => read.push(Input { file, scenario, changed }),
+    for source in sources {
+        match source.read(&overlays) {
+            Ok(scenario) => read.push(Input { source, scenario, changed }),
             Err(diagnostics) => wrong.push(overlay.as_typed(diagnostics)),
         }
     }
@@ -82,35 +83,80 @@ pub(crate) fn read(inputs: &[PathBuf], overlay: &OverlayArgs) -> Result<Vec<Inpu
     problems.or(read)
 }
 
-/// The files that an input names.
-fn find(input: &Path) -> Result<Vec<PathBuf>, Problem> {
-    let about = || input.display().to_string();
-    if input.is_dir() {
-        let mut files = Vec::new();
-        walk(input, &mut BTreeSet::new(), &mut files).map_err(|(folder, error)| {
-            Problem::new(Problem::WRONG_INPUT, format!("cannot be read: {error}")).about(folder.display().to_string())
-        })?;
-        if files.is_empty() {
-            let none = Problem::new(Problem::WRONG_INPUT, "no scenario file (*.toml) below this folder").about(about());
-            return Err(
-                none.help("sweeps, studies, hidden files and the folders of runs are left alone; name a file to have it read")
-            );
-        }
-        return Ok(files);
+/// What an input names: the scenarios below a folder, a file, a scenario below `./scenarios`, or one of the library, looked for in this
+/// order.
+fn find(input: &Path) -> Result<Vec<Source>, Problem> {
+    if !input.is_dir() {
+        return one(input).map(|source| vec![source]);
     }
+    let mut files = Vec::new();
+    walk(input, &mut BTreeSet::new(), &mut files).map_err(|(folder, error)| {
+        Problem::new(Problem::WRONG_INPUT, format!("cannot be read: {error}")).about(folder.display().to_string())
+    })?;
+    if files.is_empty() {
+        let none = Problem::new(Problem::WRONG_INPUT, "no scenario file (*.toml) below this folder");
+        return Err(none
+            .about(input.display().to_string())
+            .help("sweeps, studies, hidden files and the folders of runs are left alone; name a file to have it read"));
+    }
+    Ok(files.into_iter().map(Source::File).collect())
+}
+
+/// The one scenario that a file or name stands for.
+///
+/// # Errors
+/// Where there is none, or several below `./scenarios` have the name.
+pub(crate) fn one(input: &Path) -> Result<Source, Problem> {
+    let wrong = |message: String| Problem::new(Problem::WRONG_INPUT, message).about(input.display().to_string());
     if input.exists() {
-        return Ok(vec![input.to_owned()]);
+        return Ok(Source::File(input.to_owned()));
     }
-    let named = Path::new(LIBRARY).join(input).with_extension("toml");
     let is_name = input.components().count() == 1 && input.extension().is_none();
-    if is_name && named.exists() {
-        return Ok(vec![named]);
+    let Some(name) = input.to_str().filter(|_| is_name) else {
+        return Err(wrong("no such file".into()).help(not_there(input)));
+    };
+    let at_the_top = Path::new(HERE).join(name).with_extension("toml");
+    let mut here = if at_the_top.exists() { vec![at_the_top] } else { below_here() };
+    here.retain(|file| stem(file) == Some(name));
+    match (&here[..], library::get(name)) {
+        ([file], _) => Ok(Source::File(file.clone())),
+        ([], Some(entry)) => Ok(Source::Library(entry)),
+        ([], None) => {
+            let message = format!("no such file or folder, no {name}.toml below ./{HERE}, and none of the library");
+            Err(wrong(message).help(not_there(input)))
+        }
+        (several, _) => {
+            let several: Vec<_> = several.iter().map(|file| file.display().to_string()).collect();
+            Err(wrong(format!("{} scenarios have this name: {}", several.len(), several.join(", ")))
+                .help("name one of the files"))
+        }
     }
-    let looked = if is_name { format!("no such file or folder, and no {}", named.display()) } else { "no such file".into() };
-    let known = names();
-    let help =
-        if known.is_empty() { "give the path of a scenario file".into() } else { format!("names here: {}", known.join(", ")) };
-    Err(Problem::new(Problem::WRONG_INPUT, looked).about(about()).help(help))
+}
+
+/// What helps where a name stands for nothing: what it is near to.
+fn not_there(input: &Path) -> String {
+    const ALL: &str = "`ductloop list` shows the library";
+    let typed = stem(input).unwrap_or_default();
+    if library::get(typed).is_some() {
+        return format!("the library has a `{typed}`: give its name alone, without folder and ending");
+    }
+    let here = below_here();
+    let known = here.iter().filter_map(|file| stem(file)).chain(library::all().iter().map(|entry| entry.name));
+    match &near(typed, known)[..] {
+        [] => format!("give the path of a scenario file, or a name; {ALL}"),
+        near => format!("did you mean {}? {ALL}", near.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" or ")),
+    }
+}
+
+fn stem(file: &Path) -> Option<&str> {
+    file.file_stem()?.to_str()
+}
+
+/// Every scenario below `./scenarios`, as far as it can be read.
+fn below_here() -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    let _ = walk(Path::new(HERE), &mut BTreeSet::new(), &mut files);
+    files
 }
 
 /// Every scenario below a folder, in the order of their paths. Sweeps, studies and gauges are left alone, and so are hidden files and
@@ -153,11 +199,4 @@ pub(crate) fn kind(path: &Path) -> Option<FileKind> {
     let mut bytes = Vec::new();
     File::open(path).ok()?.take(KIND_WITHIN_BYTES).read_to_end(&mut bytes).ok()?;
     FileKind::of(&String::from_utf8_lossy(&bytes))
-}
-
-/// Names that would be found.
-fn names() -> Vec<String> {
-    let mut files = Vec::new();
-    let _ = walk(Path::new(LIBRARY), &mut BTreeSet::new(), &mut files);
-    files.iter().filter_map(|file| Some(file.file_stem()?.to_str()?.to_owned())).collect()
 }

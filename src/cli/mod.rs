@@ -1,6 +1,7 @@
 //! The command line, a file a command.
 //!
-//! - `args`: what may be typed; - `inputs`: files, folders and names to scenarios, all checked before anything runs;
+//! - `args`: what may be typed; - `inputs`: files, folders and names to scenarios, all checked before anything runs, with their
+//!   `source`, a file or the library; - `list`, `new`: the library shown and copied;
 //! - `destination`: where results go, checked likewise; - `run`, `render`, `check`, `accuracy`, `calibrate`, `schema`,
 //!   `bench`: the commands; - `sweep`: designs of experiments and their steps;
 //! - `progress`, `verdict_table`: what they show while and after; - `rendering`: opening what renders;
@@ -23,6 +24,8 @@ mod destination;
 mod inputs;
 mod interrupt;
 mod jobs;
+mod list;
+mod new;
 mod one_run;
 mod perceive;
 mod perceived;
@@ -39,6 +42,7 @@ mod seed_table;
 mod seed_verdict;
 mod seeds;
 mod shot;
+mod source;
 mod streams;
 mod sweep;
 mod truth_files;
@@ -63,6 +67,8 @@ pub(crate) fn main() -> u8 {
         Command::Run(args) => run::command(args),
         Command::Render(args) => render::command(args),
         Command::Accuracy(args) => accuracy::command(args),
+        Command::List(args) => list::command(args),
+        Command::New(args) => new::command(args),
         Command::Check(args) => check::command(args),
         Command::Schema(args) => schema::command(args),
         Command::Bench(args) => bench::command(args),
@@ -90,7 +96,7 @@ fn not_understood(error: &clap::Error) -> u8 {
     let (message, help) = said.split_once("\n\n").unwrap_or((said, ""));
     let list = match typed.first().and_then(|command| command.to_str()) {
         Some("run") => Some(Command::RUNS),
-        Some("check") => Some(Command::SCENARIOS),
+        Some("check" | "list") => Some(Command::SCENARIOS),
         Some("perceive") => Some(perceive::PerceiveArgs::IMAGES),
         _ => None,
     };

@@ -110,8 +110,8 @@ fn written(
 }
 
 fn cannot_go_on(terms: &Terms<'_>, index: usize, error: &dyn std::fmt::Display) -> Problem {
-    let file = &terms.plan.input(&terms.plan.runs[index]).file;
-    Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(file.display().to_string())
+    let source = &terms.plan.input(&terms.plan.runs[index]).source;
+    Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(source.to_string())
 }
 
 /// The record of a run that failed before its first frame.

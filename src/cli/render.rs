@@ -1,7 +1,7 @@
 //! `ductloop render`: what the camera sees, and the truth at its exposure.
 
 use std::fmt::Display;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use ductloop::closed_loop::RunError;
 use ductloop::output::write_whole;
@@ -24,7 +24,7 @@ use super::{INTERRUPTED, destination, inputs, interrupt, truth_files, warnings};
 /// A wrong input, a run that ends before the first of the times, a file that cannot be written.
 pub(crate) fn command(args: &RenderArgs) -> Result<u8, Problem> {
     let inputs = inputs::read(std::slice::from_ref(&args.input), &args.overlay)?;
-    let [Input { file, scenario, .. }] = inputs.as_slice() else {
+    let [Input { source, scenario, .. }] = inputs.as_slice() else {
         let many = wrong("one scenario is rendered at a time, and this folder holds several".into());
         return Err(many.about(args.input.display().to_string()).help("name one of its files"));
     };
@@ -32,7 +32,7 @@ pub(crate) fn command(args: &RenderArgs) -> Result<u8, Problem> {
     let rendering = Rendering::open(args.rendering, args.quiet)?;
     interrupt::listen();
     let moments = if args.pose.is_empty() {
-        of_run(scenario, &rendering, &args.at_s, file)?
+        of_run(scenario, &rendering, &args.at_s, source)?
     } else {
         Some(Moments { shots: vec![of_pose(scenario, &args.pose)?], merged: Vec::new(), missed: None })
     };
@@ -42,7 +42,7 @@ pub(crate) fn command(args: &RenderArgs) -> Result<u8, Problem> {
     };
     if !args.quiet {
         merged.iter().for_each(|words| note(&format!("note: --at-s: {words}")));
-        warnings::of_shots(scenario, &shots).iter().for_each(|warning| warning.tell(file));
+        warnings::of_shots(scenario, &shots).iter().for_each(|warning| warning.tell(source));
     }
     // The run saw the scenario's own images; those that are shown are made anew, as they were asked for.
     let mut shown = scenario.clone();
@@ -56,14 +56,14 @@ pub(crate) fn command(args: &RenderArgs) -> Result<u8, Problem> {
                 None => refused,
             }
         }
-        error => cannot_go_on(file, &error),
+        error => cannot_go_on(source, &error),
     })?;
     let mut document = document(args, &shots);
-    let files = files(args, &shown, &shots, &images, &document).map_err(|error| cannot_go_on(file, &error))?;
+    let files = files(args, &shown, &shots, &images, &document).map_err(|error| cannot_go_on(source, &error))?;
     // Before anything new stands beside it.
-    remove_truth_of_earlier_call(args).map_err(|(path, error)| cannot_go_on(&path, &error))?;
+    remove_truth_of_earlier_call(args).map_err(|(path, error)| cannot_go_on(&path.display(), &error))?;
     for (path, bytes) in &files {
-        write_whole(path, bytes).map_err(|error| cannot_go_on(path, &error))?;
+        write_whole(path, bytes).map_err(|error| cannot_go_on(&path.display(), &error))?;
     }
     let code = missed.as_ref().map_or(0, Problem::tell);
     if args.json {
@@ -77,8 +77,8 @@ pub(crate) fn command(args: &RenderArgs) -> Result<u8, Problem> {
     Ok(code)
 }
 
-fn cannot_go_on(path: &Path, error: &dyn Display) -> Problem {
-    Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(path.display().to_string())
+fn cannot_go_on(what: &dyn Display, error: &dyn Display) -> Problem {
+    Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(what.to_string())
 }
 
 fn wrong(message: String) -> Problem {

@@ -49,7 +49,7 @@ pub(crate) fn command(args: &RunArgs) -> Result<u8, Problem> {
     let plan = run_plan::plan(args, inputs)?;
     if !args.quiet {
         for input in &plan.inputs {
-            warnings::of_start(&input.scenario).iter().for_each(|warning| warning.tell(&input.file));
+            warnings::of_start(&input.scenario).iter().for_each(|warning| warning.tell(&input.source));
         }
     }
     let (count, jobs) = (plan.runs.len(), usize::from(args.jobs));

@@ -79,10 +79,10 @@ pub(crate) fn plan(args: &RunArgs, inputs: Vec<Input>) -> Result<Plan, Problem> 
             let toml = scenario.to_toml();
             let name = name(args, input, &scenario, &toml);
             if let Some(other) = names.insert(name.clone(), index) {
-                let message = format!("its run's folder would be `{name}`, as that of {}", inputs[other].file.display());
+                let message = format!("its run's folder would be `{name}`, as that of {}", inputs[other].source);
                 problems.note(
                     Problem::new(Problem::WRONG_INPUT, message)
-                        .about(input.file.display().to_string())
+                        .about(input.source.to_string())
                         .help("give one of the two another `name`"),
                 );
                 continue;
@@ -114,7 +114,7 @@ pub(crate) fn plan(args: &RunArgs, inputs: Vec<Input>) -> Result<Plan, Problem> 
 fn with_seed(args: &RunArgs, input: &Input, seed: u64) -> Result<Scenario, Problem> {
     let mut overlays = args.overlay.overlays();
     overlays.set.push(format!("seed={seed}"));
-    Scenario::read(&input.file, &overlays).map_err(|diagnostics| Problem::in_files(vec![args.overlay.as_typed(diagnostics)]))
+    input.source.read(&overlays).map_err(|diagnostics| Problem::in_files(vec![args.overlay.as_typed(diagnostics)]))
 }
 
 /// The seeds of an input.

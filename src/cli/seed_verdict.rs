@@ -96,6 +96,7 @@ mod tests {
         let metrics = Metrics {
             completed: true,
             end_state: "finished",
+            stop_reason: None,
             distance_m: 5.0,
             sim_time_s: 17.0,
             wall_time_s: None,

@@ -1,7 +1,6 @@
 //! What is rendered by `ductloop render`: moments of a run, or a camera that somebody put somewhere.
 
 use std::ops::ControlFlow;
-use std::path::Path;
 
 use ductloop::closed_loop::{RunFailure, run_with};
 use ductloop::record::{EndState, FrameRecord, RunRecord};
@@ -17,6 +16,7 @@ use serde_json::{Value, json};
 use super::interrupt;
 use super::problem::Problem;
 use super::rendering::Rendering;
+use super::source::Source;
 
 /// A frame to render.
 pub(crate) struct Shot {
@@ -40,7 +40,7 @@ pub(crate) struct Moments {
     pub(crate) missed: Option<Problem>,
 }
 
-/// Runs the loop up to the last of `times_s`; `None` if it was interrupted. `file` is the scenario's.
+/// Runs the loop up to the last of `times_s`; `None` if it was interrupted. `source` is where the scenario comes from.
 ///
 /// # Errors
 /// A run that ends, or cannot go on, before the first of them.
@@ -48,10 +48,10 @@ pub(crate) fn of_run(
     scenario: &Scenario,
     rendering: &Rendering,
     times_s: &[f64],
-    file: &Path,
+    source: &Source,
 ) -> Result<Option<Moments>, Problem> {
     let cannot_go_on =
-        |error: &dyn std::fmt::Display| Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(file.display().to_string());
+        |error: &dyn std::fmt::Display| Problem::new(Problem::CANNOT_GO_ON, error.to_string()).about(source.to_string());
     let threads = rendering.threads;
     let mut renderer = rendering.engine.renderer(scenario, threads.rendering()).map_err(|error| cannot_go_on(&error))?;
     let mut times_s = times_s.to_vec();

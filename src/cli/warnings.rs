@@ -1,6 +1,6 @@
 //! What can be run and is hardly meant so: a laser whose source is outside the duct lights nothing in it.
 
-use std::path::Path;
+use std::fmt::Display;
 
 use ductloop::Scenario;
 use ductloop::viewpoint::{lasers_outside, world_from_start_camera};
@@ -24,9 +24,9 @@ impl Warning {
         }
     }
 
-    /// Tells it on standard error; `file` is the scenario's.
-    pub(crate) fn tell(&self, file: &Path) {
-        note(&format!("warning: {}: {}\n  help: {}", file.display(), self.message, self.help));
+    /// Tells it on standard error; `source` is where the scenario comes from.
+    pub(crate) fn tell(&self, source: &dyn Display) {
+        note(&format!("warning: {source}: {}\n  help: {}", self.message, self.help));
     }
 
     /// `{"message", "help"}`.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
 use arrow_schema::{ArrowError, SchemaRef};
 use ductloop_nav::estimation::{Estimate, Outcome};
-use ductloop_nav::navigator::{Reason, State};
+use ductloop_nav::navigator::State;
 use ductloop_nav::perception::Wall;
 use ductloop_nav::wheel_controller::silence::Hearing;
 use parquet::arrow::ArrowWriter;
@@ -13,6 +13,7 @@ use parquet::basic::Compression;
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 
+use crate::reason_words::reason_word;
 use crate::record::FrameRecord;
 
 /// The word for a navigator's state, in tables and reports.
@@ -33,46 +34,6 @@ pub fn hearing_word(hearing: Hearing) -> &'static str {
         Hearing::RampingDown => "ramping-down",
         Hearing::Down => "down",
         Hearing::CutOff => "cut-off",
-    }
-}
-
-/// The word for why a navigator is no surer, in tables.
-pub fn reason_word(reason: Reason) -> &'static str {
-    match reason {
-        Reason::NothingSeenYet => "nothing-seen-yet",
-        Reason::WallLost => "wall-lost",
-        Reason::Uncertain => "uncertain",
-        Reason::Refused => "refused",
-        Reason::NoWall => "no-wall",
-        Reason::FrozenCamera => "frozen-camera",
-        Reason::CoastedTooLong => "coasted-too-long",
-        Reason::RouteEnds => "route-ends",
-        Reason::DeadEnd => "dead-end",
-        Reason::Obstacle => "obstacle",
-        Reason::Drop => "drop",
-        Reason::NoWayKnown => "no-way-known",
-        Reason::NoSuchWay => "no-such-way",
-        Reason::WheelsSwapped => "wheels-swapped",
-    }
-}
-
-/// Why a navigator is no surer, in a phrase.
-pub fn reason_about(reason: Reason) -> &'static str {
-    match reason {
-        Reason::NothingSeenYet => "no wall was seen yet",
-        Reason::WallLost => "a wall that was seen before is not seen",
-        Reason::Uncertain => "the estimate's deviation is large",
-        Reason::Refused => "the walls appear where they cannot be",
-        Reason::NoWall => "no wall is seen",
-        Reason::FrozenCamera => "the camera gives the same frame again and again",
-        Reason::CoastedTooLong => "nothing was seen for too long",
-        Reason::RouteEnds => "the route ends here",
-        Reason::DeadEnd => "the duct ends, and the route does not say to turn back",
-        Reason::Obstacle => "something stands in the way",
-        Reason::Drop => "the floor ends",
-        Reason::NoWayKnown => "how the duct goes on cannot be told",
-        Reason::NoSuchWay => "the way that the route names is not there",
-        Reason::WheelsSwapped => "the wheels turn the other way than they are told",
     }
 }
 

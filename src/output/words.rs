@@ -25,9 +25,10 @@ const fn words(metric: &'static str, label: &'static str, unit: &'static str, pe
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
 /// All metrics of a summary, in its order.
-pub const METRICS: [MetricWords; 27] = [
+pub const METRICS: [MetricWords; 28] = [
     words("completed", "finish line passed", "", 1.0),
     words("end_state", "how it ended", "", 1.0),
+    words("stop_reason", "why it stopped", "", 1.0),
     words("distance_m", "distance covered", "m", 1.0),
     words("sim_time_s", "simulated time", "s", 1.0),
     words("wall_time_s", "time it took", "s", 1.0),
@@ -215,6 +216,7 @@ mod tests {
         let mut metrics = Metrics {
             completed: true,
             end_state: "finished",
+            stop_reason: None,
             distance_m: 4.0,
             sim_time_s: 20.0,
             wall_time_s: None,

@@ -3,8 +3,9 @@
 use ductloop_nav::navigator::{Reason, State};
 use minijinja::{Value, context};
 
-use crate::output::frames::{reason_about, state_word};
+use crate::output::frames::state_word;
 use crate::output::words::number;
+use crate::reason_words::reason_about;
 use crate::record::RunRecord;
 use crate::scenario::Scenario;
 

@@ -14,6 +14,7 @@
 //! - [`accuracy_file`]: a file of kind `accuracy`, which holds a scenario, a grid over its fields and poses to draw;
 //! - [`sweep_file`]: a file of kind `sweep`: base scenarios and what is varied of them;
 //! - [`diagnostic`]: every error found, for people and for programs;
+//! - `text`: single words of a file, and the file under another name;
 //! - `rig_file`: a sensor without a scenario around it;
 //! - `write`: a resolved scenario as a file again; [`schema`]: the format for editors.
 //!
@@ -39,6 +40,7 @@ mod rig_file;
 mod schema;
 mod source;
 pub mod sweep_file;
+mod text;
 mod tree;
 mod typed;
 mod unknown_key;
@@ -58,6 +60,8 @@ pub use model::{
 pub use overlay::Overlays;
 pub use rig_file::RigFile;
 pub use schema::schema;
+pub use text::{renamed, text_of};
+pub use unknown_key::near;
 pub use value::shown;
 
 /// What a file of this project describes.
@@ -97,6 +101,14 @@ impl Scenario {
     /// Every error found, in the order of the texts: the file, then each overlay.
     pub fn read(path: &Path, overlays: &Overlays) -> Result<Self, Diagnostics> {
         resolve::resolve(&typed::Typed::read(path, overlays))
+    }
+
+    /// The same from a text; errors name it `label`.
+    ///
+    /// # Errors
+    /// Every error found, in the order of the texts: this one, then each overlay.
+    pub fn read_text(label: &str, text: &str, overlays: &Overlays) -> Result<Self, Diagnostics> {
+        resolve::resolve(&typed::Typed::read_text(label, text, overlays))
     }
 
     /// The same from a text; errors name it `scenario`.

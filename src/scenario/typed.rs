@@ -58,11 +58,22 @@ impl Typed {
     pub(super) fn read(path: &Path, overlays: &Overlays) -> Self {
         let mut typed = Self::default();
         typed.lay_file(path.display().to_string(), path);
-        for with in &overlays.with {
-            typed.lay_file(format!("--with {}", with.display()), with);
-        }
-        overlays.set.iter().for_each(|set| typed.lay_setting(set));
+        typed.lay_over(overlays);
         typed
+    }
+
+    /// From a text, named `file` in errors, with what is laid over it.
+    pub(super) fn read_text(file: &str, text: &str, overlays: &Overlays) -> Self {
+        let mut typed = Self::from_text(file, text);
+        typed.lay_over(overlays);
+        typed
+    }
+
+    fn lay_over(&mut self, overlays: &Overlays) {
+        for with in &overlays.with {
+            self.lay_file(format!("--with {}", with.display()), with);
+        }
+        overlays.set.iter().for_each(|set| self.lay_setting(set));
     }
 
     fn lay_setting(&mut self, set: &str) {

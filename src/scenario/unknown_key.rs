@@ -93,6 +93,23 @@ pub(super) fn nearest<'w>(typed: &str, words: impl Iterator<Item = &'w str>) -> 
     words.map(|word| (distance(typed, word), word)).filter(|(d, _)| *d <= limit).min_by_key(|(d, _)| *d).map(|(_, word)| word)
 }
 
+/// The words that may have been meant, nearest first: what is within a few edits of what was typed, then what holds all of its parts
+/// (`left-elbow` for `elbow-left`), or is held by it. Five at most.
+pub fn near<'w>(typed: &str, words: impl Iterator<Item = &'w str>) -> Vec<&'w str> {
+    let typed = typed.to_lowercase();
+    let limit = 1 + typed.chars().count() / 4;
+    let parts: Vec<&str> = typed.split(|c: char| !c.is_alphanumeric()).filter(|part| part.len() > 2).collect();
+    let alike = |word: &str| !parts.is_empty() && parts.iter().all(|part| word.contains(part));
+    let rank = |word: &str| {
+        let edits = distance(&typed, word);
+        (edits <= limit || alike(word) || word.split('-').all(|part| parts.contains(&part))).then_some((edits > limit, edits))
+    };
+    let mut found: Vec<_> = words.filter_map(|word| Some((rank(word)?, word))).collect();
+    found.sort();
+    found.dedup();
+    found.into_iter().take(5).map(|(_, word)| word).collect()
+}
+
 /// Edits from one word to another: characters put in, left out, replaced, or two neighbours exchanged (optimal string
 /// alignment).
 fn distance(a: &str, b: &str) -> usize {
@@ -126,6 +143,18 @@ mod tests {
         assert_eq!(distance("", "abc"), 3);
         assert_eq!(nearest("galvanized", ["painted", "galvanised"].into_iter()), Some("galvanised"));
         assert_eq!(nearest("banana", ["painted", "galvanised"].into_iter()), None);
+    }
+
+    #[test]
+    fn names_are_near_by_their_letters_or_by_their_parts() {
+        let near = |typed| near(typed, ["elbow-left", "elbow-right", "tee-left", "elbows", "drop"].into_iter());
+        assert_eq!(near("elbow-lfet"), ["elbow-left"]);
+        assert_eq!(near("left-elbow"), ["elbow-left"]);
+        assert_eq!(near("elbow"), ["elbows", "elbow-left", "elbow-right"]);
+        assert_eq!(near("drop-in-the-floor"), ["drop"]);
+        assert_eq!(near("Tee-Left"), ["tee-left"]);
+        assert_eq!(near("banana"), [""; 0]);
+        assert_eq!(near(""), [""; 0]);
     }
 
     #[test]

@@ -42,12 +42,12 @@ fn the_folders_of_runs_are_left_alone_unless_named() {
 }
 
 #[test]
-fn a_name_stands_for_a_file_of_the_library() {
+fn a_name_stands_for_a_file_below_scenarios() {
     let workshop = Workshop::new();
     workshop.write("scenarios/elbow.toml", scenario("elbow", 1.6));
     workshop.write("scenarios/tee.toml", scenario("tee", 1.6));
     assert_eq!(found(&workshop, &["elbow"]), ["elbow"]);
-    workshop.run(&["check", "elbov"]).expect(2).saying(&["no scenarios/elbov.toml", "elbow, tee"]);
+    workshop.run(&["check", "elbov"]).expect(2).saying(&["no elbov.toml below ./scenarios", "did you mean `elbow`"]);
 }
 
 #[test]

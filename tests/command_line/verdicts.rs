@@ -73,6 +73,7 @@ fn the_document_has_the_agreed_fields_in_the_agreed_order() {
     let metrics = [
         "completed",
         "end_state",
+        "stop_reason",
         "distance_m",
         "sim_time_s",
         "wall_time_s",

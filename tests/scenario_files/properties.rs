@@ -13,7 +13,8 @@ fn full() -> String {
          size_m = [0.1, 0.05, 0.02]\nat_m = 3.0\nleft_m = 0.15\nabove_m = 0.02\n\
          turned_deg = 20.0\n[start]\nlateral_m = 0.01\n\
          heading_deg = 2.0\n[[fault]]\nkind = \"laser-off\"\nat_s = 1.0\nfor_s = 0.5\nlaser = \"low\"\n\
-         [pass]\ncompleted = true\nend_state = \"finished\"\ncollisions = 3\ncontact_speed_max_m_s = 0.5\nmin_clearance_mm = 5.0\n\
+         [pass]\ncompleted = true\nend_state = \"finished\"\nstop_reason = \"obstacle\"\ncollisions = 3\n\
+         contact_speed_max_m_s = 0.5\nmin_clearance_mm = 5.0\n\
          lateral_rms_mm = 5.0\nlateral_max_mm = 20.0\nheading_rms_deg = 0.5\nheading_max_deg = 2.0\nlateral_estimate_rms_mm = 3.0\n\
          heading_estimate_rms_deg = 0.25\nestimates_valid_min = 0.9\nsim_time_s = 30.0\ndistance_min_m = 4.0\ncontrol_effort = 100.0\n\
          junctions_taken_min = 2\nsurvey_drift_share = 0.01\nsurvey_length_error_max = 0.01\nsurvey_width_error_max_mm = 2.0\n\
@@ -199,6 +200,7 @@ fn each_field_has_a_place_of_its_own() {
         "entry",
         "exit",
         "end_state",
+        "stop_reason",
         "laser",
         "shape",
         "arithmetic",

@@ -123,11 +123,10 @@ fn to_json(text: &str) -> Value {
 #[test]
 fn it_accepts_what_the_reader_accepts() {
     let schema = schema();
-    for path in files("scenarios", "toml") {
-        let typed = std::fs::read_to_string(&path).expect("a scenario");
-        assert_eq!(violation(&schema, &to_json(&typed), ""), None, "{}", path.display());
-        let resolved = Scenario::from_toml_str(&typed).unwrap_or_else(|errors| panic!("{errors}")).to_toml();
-        assert_eq!(violation(&schema, &to_json(&resolved), ""), None, "{} resolved", path.display());
+    for entry in ductloop::library::all() {
+        assert_eq!(violation(&schema, &to_json(entry.text), ""), None, "{}", entry.name);
+        let resolved = Scenario::from_toml_str(entry.text).unwrap_or_else(|errors| panic!("{errors}")).to_toml();
+        assert_eq!(violation(&schema, &to_json(&resolved), ""), None, "{} resolved", entry.name);
     }
     let every_way = format!(
         "{}\nbead_mm = 3\n[[duct.object]]\nshape = \"box\"\nsize_m = [0.1, 0.2, 0.05]\nat_m = 2\nsurface = \"painted\"\n\

@@ -2,6 +2,7 @@
 
 use super::field::Slot;
 use super::{Default, Field, Kind, Scale, TableRow};
+use crate::reason_words::STOPS;
 use crate::record::EndState;
 
 pub(super) const TABLES: &[TableRow] = &[TableRow::new("pass", "What the run must achieve; without any criterion it passes.")];
@@ -18,6 +19,9 @@ pub(super) const FIELDS: &[Field] = &[
     Field::new("pass.end_state", Kind::Word(&EndState::WORDS), Slot::Criterion("end_state", Scale::Si))
         .or(Default::Absent("not looked at"))
         .about("How the run must end, exactly."),
+    Field::new("pass.stop_reason", Kind::Word(&STOPS), Slot::Criterion("stop_reason", Scale::Si))
+        .or(Default::Absent("not looked at"))
+        .about("What the navigator must have stopped for, which ended the run."),
     Field::new("pass.collisions", Kind::Integer { min: 0, max: 1_000_000 }, Slot::Criterion("collisions", Scale::Si))
         .or(Default::Absent("not looked at"))
         .about("Most contacts with anything but the floor."),
