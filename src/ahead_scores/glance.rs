@@ -32,8 +32,7 @@ pub struct Glance {
 impl Glance {
     /// Of a frame; `None` where the robot is off the path.
     pub fn of(frame: &FrameRecord) -> Option<Self> {
-        let width_m = frame.estimate.map(|estimate| estimate.width_m).or(frame.measurement.width_m);
-        let named = frame.outlook.as_ref().map(|outlook| Named::of(outlook, width_m));
+        let named = frame.outlook.as_ref().map(Named::of);
         Some(Self { time_s: frame.time_s, truth: frame.true_ahead?, named, ducts: frame.ducts })
     }
 
@@ -57,12 +56,9 @@ impl Glance {
 const SAME_THING_M: f64 = 0.5;
 
 impl Named {
-    /// What an outlook says, in a duct that the robot takes to be this wide. A wall that is not seen to leave its line keeps it.
-    fn of(outlook: &Outlook, width_m: Option<f64>) -> Self {
-        let sides = outlook.features.changes.map(|change| change.map(|change| change.offset_m));
-        let is_seen = outlook.fitting == Fitting::Transition && sides.iter().any(Option::is_some);
-        let [left_m, right_m] = sides.map(|side| side.or(width_m.map(|width_m| width_m / 2.0)));
-        let width_m = left_m.zip(right_m).filter(|_| is_seen).map(|(left_m, right_m)| left_m + right_m);
+    /// What an outlook says: the width is that behind a transition.
+    fn of(outlook: &Outlook) -> Self {
+        let width_m = outlook.width_m.filter(|_| outlook.fitting == Fitting::Transition);
         Self { fitting: outlook.fitting, distance_m: outlook.distance_m, width_m }
     }
 
