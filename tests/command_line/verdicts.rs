@@ -67,7 +67,7 @@ fn the_document_has_the_agreed_fields_in_the_agreed_order() {
     assert_eq!(keys(&document), ["runs", "errors"]);
     assert_eq!(document["errors"], json!([]));
     let run = &document["runs"][0];
-    assert_eq!(keys(run), ["format", "scenario", "verdict", "reasons", "seed", "renderer", "run_hash", "metrics"]);
+    assert_eq!(keys(run), ["format", "scenario", "verdict", "reasons", "seed", "renderer", "run_hash", "metrics", "ahead"]);
     assert_eq!(keys(&run["reasons"][0]), ["metric", "value", "bound", "at_s"]);
     assert_eq!(run["reasons"][0]["bound"], 0.5);
     let metrics = [
