@@ -180,10 +180,13 @@ impl Model {
         FARTHER_1_RAD * (turn_rad - FRAC_PI_2).max(0.0) + thing
     }
 
-    /// Whether it is no fitting: one that is no different from a straight duct.
+    /// Whether it is none of its family: no different from a straight duct, or another family's.
     pub(super) fn is_nothing(&self) -> bool {
         let [_, _, left_m, right_m] = self.dimensions;
-        self.family == Family::Transition && left_m.abs().max(right_m.abs()) < LEAST_MOVE_M
+        let is_straight = left_m.abs().max(right_m.abs()) < LEAST_MOVE_M;
+        // Walls that move to the same side are an offset's.
+        let is_offset = left_m * right_m < 0.0 && left_m.abs().min(right_m.abs()) > LEAST_MOVE_M / 2.0;
+        self.family == Family::Transition && (is_straight || is_offset)
     }
 
     /// Draws it, behind a duct of this width.

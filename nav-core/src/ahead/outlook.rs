@@ -114,7 +114,7 @@ const DROPS: f64 = 0.3;
 /// this unexplained (shares of the rays).
 const MARGIN: f64 = 0.012;
 const ENOUGH_SIGHTS: f64 = 240.0;
-const UNEXPLAINED: f64 = 0.45;
+const UNEXPLAINED: f64 = 0.25;
 /// A wall that ends a duct is seen to reach so far to both sides, as a share of half the width.
 const SPANS_SHARE: f64 = 0.75;
 /// What does not is a thing in the duct, if it is no farther than this, in metres.

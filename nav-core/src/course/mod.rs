@@ -87,7 +87,7 @@ const PASSING_NEAR_M: f64 = 0.04;
 const AT_REST_M: f64 = 0.02;
 /// Slowest speed towards where it is to stand, in m/s.
 const CREEP_M_S: f64 = 0.03;
-/// A transition nearer than this is gone through though it is not seen any more, in metres.
+/// A passage nearer than this is gone through though it is not seen any more, in metres.
 const FORGOTTEN_M: f64 = 0.4;
 /// A plan holds from this before its beginning on, in metres.
 const HELD_M: f64 = 0.35;
@@ -369,6 +369,10 @@ impl Course {
             return;
         }
         let turn = self.itinerary.turn(outlook.fitting);
+        // What stands in a bend that was planned, or a floor that ends before it: the way is not open.
+        if matches!(outlook.fitting, Fitting::Obstacle | Fitting::Drop) {
+            self.planned = None;
+        }
         // Right before a bend its far side is out of view: what was planned holds.
         let holds = self.planned.is_some_and(|passage| passage.start_m() - self.along_m < HELD_M);
         match (outlook.fitting, turn) {
@@ -385,7 +389,7 @@ impl Course {
                 self.taken = outlook.fitting;
             }
             (Fitting::Branch(_) | Fitting::Cross, None | Some(Turn::Straight)) => self.pass(&outlook),
-            _ => self.forget(),
+            _ => self.forget(outlook.fitting),
         }
         // A way that was named and is passed by now was not found.
         let is_missed = |side: Side| outlook.openings[side.index()].is_some_and(|[from_m, _]| self.along_m > from_m + MISSED_M);
@@ -441,10 +445,11 @@ impl Course {
         }
     }
 
-    /// A transition that is not seen any more, and is not close at hand, was none.
-    fn forget(&mut self) {
-        let is_far = |taper: &Passage| taper.start_m() - self.along_m > FORGOTTEN_M;
-        if matches!(self.planned, Some(taper @ Passage::Taper(_)) if is_far(&taper)) {
+    /// A passage that is not close at hand was none, if it is taken for something else by now; a transition also if it is not seen any more.
+    fn forget(&mut self, seen: Fitting) {
+        let is_far = |passage: &Passage| passage.start_m() - self.along_m > FORGOTTEN_M;
+        let is_none = |passage: &Passage| seen != Fitting::Unknown || matches!(passage, Passage::Taper(_));
+        if self.planned.is_some_and(|passage| is_far(&passage) && is_none(&passage)) {
             self.planned = None;
         }
     }
