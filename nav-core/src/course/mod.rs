@@ -385,7 +385,9 @@ impl Course {
                 self.plan_bend(place, &outlook, Side::Right);
             }
             (Fitting::Transition | Fitting::Offset(_), _) => {
-                self.planned = Taper::between(place.width_m, &self.ahead.changes(place.width_m)).map(Passage::Taper);
+                let taper = Taper::between(place.width_m, &self.ahead.changes(place.width_m));
+                // One that would have begun already is none.
+                self.planned = taper.filter(|taper| taper.start_m > self.along_m - COMMITTED_M).map(Passage::Taper);
                 self.taken = outlook.fitting;
             }
             (Fitting::Branch(_) | Fitting::Cross, None | Some(Turn::Straight)) => self.pass(&outlook),

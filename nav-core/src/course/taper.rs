@@ -57,7 +57,7 @@ impl Taper {
 
     /// Where the walls of the exit duct are.
     pub fn straight_behind(&self) -> Stretch {
-        Stretch { along_m: [[MARGIN_M, f64::INFINITY]; 2], near_m: NEAR_M, is_rough: false }
+        Stretch { along_m: [[MARGIN_M, f64::INFINITY]; 2], near_m: NEAR_M, is_rough: true }
     }
 }
 
