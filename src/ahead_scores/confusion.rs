@@ -10,7 +10,7 @@ use super::glance::Glance;
 pub const NOTHING: &str = "nothing";
 
 /// What can be ahead, and be named, in the order of tables.
-pub const FITTINGS: [Fitting; 12] = [
+pub const FITTINGS: [Fitting; 14] = [
     Fitting::Straight,
     Fitting::Elbow(Side::Left),
     Fitting::Elbow(Side::Right),
@@ -19,6 +19,8 @@ pub const FITTINGS: [Fitting; 12] = [
     Fitting::BullheadTee,
     Fitting::Cross,
     Fitting::Transition,
+    Fitting::Offset(Side::Left),
+    Fitting::Offset(Side::Right),
     Fitting::DeadEnd,
     Fitting::Obstacle,
     Fitting::Drop,

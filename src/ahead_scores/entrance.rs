@@ -26,7 +26,7 @@ pub(super) enum Entrance {
 /// What one sees who comes to a fitting by this port; `None` if there is no such port.
 ///
 /// Junctions are known by the ways that they offer, capped ports being none: a wye's two branches are those of a bull-head tee, a tee
-/// whose branch is capped is a straight duct. An offset is the elbow that it begins with. Slopes, grilles, open dampers and changes of
+/// whose branch is capped is a straight duct. Slopes, grilles, open dampers and changes of
 /// height do not show in a plan. Vanes stand in the way, a shut damper's curtain closes it.
 pub(super) fn entrance(network: &Network, at: PortRef) -> Option<Entrance> {
     let (piece, port) = at;
@@ -47,8 +47,8 @@ pub(super) fn entrance(network: &Network, at: PortRef) -> Option<Entrance> {
         // The same side from both ends: it is its own half turn.
         Shape::Offset { aside_m, .. } => match aside_m.abs() < LEAST_CHANGE_M {
             true => Entrance::Plain(beyond()?),
-            false if aside_m > 0.0 => Entrance::Thing(Fitting::Elbow(Side::Left), 0.0),
-            false => Entrance::Thing(Fitting::Elbow(Side::Right), 0.0),
+            false if aside_m > 0.0 => Entrance::Thing(Fitting::Offset(Side::Left), 0.0),
+            false => Entrance::Thing(Fitting::Offset(Side::Right), 0.0),
         },
         Shape::Drop { length_m, hole_length_m, .. } => Entrance::Thing(Fitting::Drop, (length_m - hole_length_m) / 2.0),
         Shape::Tee { .. } | Shape::BullheadTee { .. } | Shape::SideBranch { .. } | Shape::Wye { .. } | Shape::Cross { .. } => {
