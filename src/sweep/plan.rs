@@ -126,10 +126,14 @@ impl Plan {
         if force {
             return Ok(store.replace(NAME, text.into_bytes())?);
         }
-        if store.create(NAME, text.clone().into_bytes())? {
-            return Ok(());
-        }
-        match store.get(NAME)?.map(|there| serde_json::from_slice::<Self>(&there)) {
+        let there = match store.get(NAME)? {
+            Some(there) => Some(there),
+            None if store.create(NAME, text.clone().into_bytes())? => return Ok(()),
+            None => store.get(NAME)?,
+        };
+        match there.map(|there| serde_json::from_slice::<Self>(&there)) {
+            // Not written again: where a disk is full, a call still goes on from what is kept.
+            Some(Ok(there)) if there == *self => Ok(()),
             // The same cases: what is kept of them, or how a file is called, may have changed.
             Some(Ok(there)) if there.identity() == self.identity() => Ok(store.replace(NAME, text.into_bytes())?),
             _ => Err(PlanError::OtherSweep(store.place().to_owned())),
