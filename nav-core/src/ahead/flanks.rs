@@ -14,6 +14,12 @@ const POINT_M: f64 = 0.004;
 /// What all points of a wall have in common is added: standard deviations, in metres and radians.
 const COMMON_M: f64 = 0.002;
 const COMMON_RAD: f64 = 0.004;
+/// The same where the place is only roughly known: a corner's points may be among a wall's.
+const ROUGH_COMMON_M: f64 = 0.008;
+const ROUGH_COMMON_RAD: f64 = 0.017;
+/// A wall's points are chosen anew about the line found, each time within this share of the distance before: three times.
+const CLOSER: f64 = 0.6;
+const CHOICES: usize = 3;
 /// Fewest points of a wall, and the shortest piece of it, in metres.
 const FEWEST: u32 = 8;
 const SHORTEST_M: f64 = 0.15;
@@ -63,19 +69,34 @@ fn sought(points: impl Iterator<Item = [f64; 2]> + Clone, place: &DuctPlace, str
     best.1
 }
 
-/// The walls that `points` (of the base frame) show of a duct in which the robot is about at `place`.
-pub(super) fn find(points: impl Iterator<Item = [f64; 2]> + Clone, place: &DuctPlace, stretch: &Stretch) -> Option<SideWalls> {
-    let place = &if stretch.is_rough { sought(points.clone(), place, stretch) } else { *place };
-    let half_m = place.width_m / 2.0;
+/// Lines fitted to the points beside them.
+#[derive(Clone, Copy, Debug)]
+struct Fit {
+    /// Slope against the place's heading, then where the left and the right wall pass the base, in metres to the left.
+    lines: Vector3<f64>,
+    /// Inverse of the normal matrix, of points with a deviation of one.
+    inverse: Matrix3<f64>,
+    /// Whether the left and the right wall are seen.
+    seen: [bool; 2],
+}
+
+/// Fits both walls to the points within `near_m` of these lines, in a frame with the place's heading.
+fn fit(
+    points: impl Iterator<Item = [f64; 2]>,
+    place: &DuctPlace,
+    stretch: &Stretch,
+    lines: &Vector3<f64>,
+    near_m: f64,
+) -> Option<Fit> {
     let (sin, cos) = libm::sincos(place.heading_rad);
     let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
     let (mut counts, mut spans) = ([0_u32; 2], [[f64::INFINITY, f64::NEG_INFINITY]; 2]);
     for [x, y] in points {
         let (along, across) = (cos * x - sin * y, sin * x + cos * y);
         let side = usize::from(across + place.lateral_m < 0.0);
-        let expected = if side == 0 { half_m } else { -half_m } - place.lateral_m;
+        let expected = lines[1 + side] + lines[0] * along;
         let [from_m, to_m] = stretch.along_m[side];
-        if (across - expected).abs() > stretch.near_m || !(from_m..=to_m).contains(&(along + place.along_m)) {
+        if (across - expected).abs() > near_m || !(from_m..=to_m).contains(&(along + place.along_m)) {
             continue;
         }
         counts[side] += 1;
@@ -85,9 +106,8 @@ pub(super) fn find(points: impl Iterator<Item = [f64; 2]> + Clone, place: &DuctP
         normal += row * row.transpose();
         right += row * across;
     }
-    let is_seen = |side: usize| counts[side] >= FEWEST && spans[side][1] - spans[side][0] >= SHORTEST_M;
-    let seen = [is_seen(0), is_seen(1)];
-    if !seen[0] && !seen[1] {
+    let seen = [0, 1].map(|side| counts[side] >= FEWEST && spans[side][1] - spans[side][0] >= SHORTEST_M);
+    if seen == [false; 2] {
         return None;
     }
     // A wall that is not seen has no say.
@@ -95,17 +115,35 @@ pub(super) fn find(points: impl Iterator<Item = [f64; 2]> + Clone, place: &DuctP
         normal[(1 + side, 1 + side)] = 1.0;
     }
     let inverse = normal.try_inverse()?;
-    let found = inverse * right;
-    let turned = libm::atan(found[0]);
+    Some(Fit { lines: inverse * right, inverse, seen })
+}
+
+/// The walls that `points` (of the base frame) show of a duct in which the robot is about at `place`.
+pub(super) fn find(points: impl Iterator<Item = [f64; 2]> + Clone, place: &DuctPlace, stretch: &Stretch) -> Option<SideWalls> {
+    let place = &if stretch.is_rough { sought(points.clone(), place, stretch) } else { *place };
+    let half_m = place.width_m / 2.0;
+    let mut near_m = stretch.near_m;
+    let mut found =
+        fit(points.clone(), place, stretch, &Vector3::new(0.0, half_m - place.lateral_m, -half_m - place.lateral_m), near_m)?;
+    for _ in 1..CHOICES {
+        near_m *= CLOSER;
+        match fit(points.clone(), place, stretch, &found.lines, near_m) {
+            Some(closer) if closer.seen == found.seen => found = closer,
+            _ => break,
+        }
+    }
+    let Fit { lines, inverse, seen } = found;
+    let turned = libm::atan(lines[0]);
     let cos = libm::cos(turned);
+    let [common_m, common_rad] = if stretch.is_rough { [ROUGH_COMMON_M, ROUGH_COMMON_RAD] } else { [COMMON_M, COMMON_RAD] };
     let covariance = inverse * (POINT_M * POINT_M)
-        + Matrix3::from_diagonal(&Vector3::new(COMMON_RAD * COMMON_RAD, COMMON_M * COMMON_M, COMMON_M * COMMON_M));
+        + Matrix3::from_diagonal(&Vector3::new(common_rad * common_rad, common_m * common_m, common_m * common_m));
     // Distances are to the left and to the right; the heading falls as the walls' direction grows.
     let sign = Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, -1.0));
     Some(SideWalls {
         heading_rad: place.heading_rad - turned,
-        left_m: seen[0].then_some(found[1] * cos),
-        right_m: seen[1].then_some(-found[2] * cos),
+        left_m: seen[0].then_some(lines[1] * cos),
+        right_m: seen[1].then_some(-lines[2] * cos),
         covariance: sign * covariance * sign,
     })
 }

@@ -34,6 +34,8 @@ const PLACE_M: f64 = 0.06;
 const ROUGH: Search = Search { stride: 3, first_halving: 0, halvings: 2, most_plans: 40, within: 0.12 };
 /// ... and the best of them by all.
 const FINE: Search = Search { stride: 1, first_halving: 1, halvings: 4, most_plans: 60, within: 0.05 };
+/// From within an arc all is known but its last part.
+const WITHIN: Search = Search { stride: 1, first_halving: 2, halvings: 4, most_plans: 40, within: 0.0 };
 /// What a dimension costs: it must explain so much more.
 const DIMENSION: f64 = 0.004;
 
@@ -180,18 +182,18 @@ impl Matcher {
         answer
     }
 
-    /// How far an arc goes round that is known but for that: the angle that explains the rays better than the one that it has by now.
-    pub(super) fn turn(&mut self, arc: &Model, sights: &[Sight], width_m: f64) -> Option<f64> {
-        let with = |turn: f64| Model { dimensions: [arc.dimensions[0], turn, arc.dimensions[2], arc.dimensions[3]], ..*arc };
+    /// How far an arc goes round, and what else it is then: the angle that explains the rays better than the one that it has by now.
+    pub(super) fn arc(&mut self, arc: &Model, sights: &[Sight], width_m: f64) -> Model {
         let known = self.cost(arc, sights, 1, width_m);
-        let (mut turn, mut least) = (arc.dimensions[1], known);
+        let (mut best, mut least) = (*arc, known - TURN_BETTER);
         for angle in (TURNS_DEG[0]..=TURNS_DEG[1]).step_by(TURN_STEP_DEG).map(|degrees| f64::from(degrees).to_radians()) {
-            let cost = self.cost(&with(angle), sights, 1, width_m);
+            let turned = Model { dimensions: [arc.dimensions[0], angle, arc.dimensions[2], arc.dimensions[3]], ..*arc };
+            let cost = self.cost(&turned, sights, 1, width_m);
             if cost < least {
-                (turn, least) = (angle, cost);
+                (best, least) = (turned, cost);
             }
         }
-        (known - least > TURN_BETTER).then_some(turn)
+        self.refine(best, sights, &WITHIN, width_m).0
     }
 
     /// Compass search from a model on.

@@ -164,9 +164,8 @@ impl Ahead {
         self.watch.model()?.outer(side, width_m)
     }
 
-    /// How far a bend along this arc turns, positive to the left, in radians, as it is seen from within a duct of this width; `None` while
-    /// nothing speaks for another angle than the arc's own.
-    pub fn turn_rad(&mut self, arc: &OuterArc, width_m: f64) -> Option<f64> {
+    /// An arc, and above all how far it goes round, as it is seen from within a duct of this width; `None` between looks.
+    pub fn arc(&mut self, arc: &OuterArc, width_m: f64) -> Option<OuterArc> {
         if !self.frames.is_multiple_of(EVERY) {
             return None;
         }
@@ -176,7 +175,10 @@ impl Ahead {
         if sights.len() < FEWEST_SIGHTS {
             return None;
         }
-        Some(side.sign() * self.matcher.turn(&model, sights, width_m)?)
+        match self.matcher.arc(&model, sights, width_m).outer(side, width_m) {
+            Some(Outer::Arc(arc)) => Some(arc),
+            _ => None,
+        }
     }
 
     /// How the left and the right wall move where the duct goes on without a bend.

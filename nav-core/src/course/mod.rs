@@ -316,8 +316,8 @@ impl Course {
         if bend.is_arc() && way_m < SETTLED_SHARE * bend.length_m() {
             let radius_m = bend.radius_m + place.width_m / 2.0;
             let arc = OuterArc { start_m: bend.start_m, radius_m, turn_rad: bend.turn_rad };
-            if let Some(turn_rad) = self.ahead.turn_rad(&arc, place.width_m) {
-                bend.turn_rad = turn_rad;
+            if let Some(arc) = self.ahead.arc(&arc, place.width_m) {
+                bend = Bend::within(&arc, place.width_m);
                 self.phase = Phase::Entering(Passage::Bend(bend));
             }
         }

@@ -51,7 +51,7 @@ impl Default for EstimationParams {
             turn_slip_rad: 0.25_f64.to_radians(),
             width_m: 0.02,
             width_walk_m: 0.01e-3,
-            track_ratio: 0.15,
+            track_ratio: 0.05,
             track_walk_ratio: 0.01,
             icr_m: 0.02,
             icr_walk_m: 1e-3,

@@ -39,7 +39,7 @@ pub(super) const FIELDS: &[Field] = &[
         .default("0.01")
         .about("Deviation by which the width changes in one metre; grows with the way's root."),
     Field::number("estimation.track_ratio", 0.0, 1.0, |s| &mut s.estimation.params.track_ratio)
-        .default("0.15")
+        .default("0.05")
         .about("Deviation of the effective track from the robot's own, as a share of it."),
     Field::number("estimation.track_walk_ratio", 0.0, 1.0, |s| &mut s.estimation.params.track_walk_ratio)
         .default("0.01")
