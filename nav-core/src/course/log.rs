@@ -103,6 +103,15 @@ impl Log {
         }
     }
 
+    /// What the robot stands before in the present duct was not where it was thought to be. Says whether it stood before anything.
+    pub(super) fn unblocked(&mut self) -> bool {
+        let Some(duct) = self.ducts.last_mut() else { return false };
+        duct.end_m = None;
+        duct.met
+            .pop_if(|met| matches!(met.fitting, Fitting::DeadEnd | Fitting::Drop | Fitting::Obstacle | Fitting::Unknown))
+            .is_some()
+    }
+
     /// The present duct was left through a passage.
     pub(super) fn left_by(&mut self, fitting: Fitting, passage: &Passage, along_m: f64) {
         let zero = self.first_from(passage.entry_from_exit([0.0; 3]));
@@ -149,6 +158,8 @@ mod tests {
         log.left_by(Fitting::Elbow(crate::ahead::Side::Left), &bend, -0.2);
         let at = log.first_from([1.0, 0.1, 0.0]);
         assert!((at[0] - 2.15).abs() < 1e-12 && (at[1] - 1.25).abs() < 1e-12 && (at[2] - FRAC_PI_2).abs() < 1e-12, "{at:?}");
+        log.blocked(Fitting::Drop, 0.9);
+        assert!(log.unblocked() && !log.unblocked(), "it stood before one thing");
         log.blocked(Fitting::DeadEnd, 1.3);
         log.turned_round(1.0, 0.5);
         let back = log.first_from([0.0, -0.1, 0.0]);

@@ -85,6 +85,8 @@ const PLANNED_M: f64 = 1.5;
 const PASSING_NEAR_M: f64 = 0.04;
 /// This near to where it is to stand a robot has arrived, in metres.
 const AT_REST_M: f64 = 0.02;
+/// If that is farther off than this, it goes there, in metres.
+const FARTHER_M: f64 = 0.15;
 /// Slowest speed towards where it is to stand, in m/s.
 const CREEP_M_S: f64 = 0.03;
 /// A passage nearer than this is gone through though it is not seen any more, in metres.
@@ -304,9 +306,18 @@ impl Course {
                 self.planned = None;
             }
             Phase::TurningRound if place.heading_rad.abs() >= PI - ROUND_RAD => return Some(self.turned_round(place)),
-            Phase::Leaving(_) | Phase::TurningRound | Phase::AtTheEnd(_) => {}
+            Phase::AtTheEnd(_) => self.go_on(),
+            Phase::Leaving(_) | Phase::TurningRound => {}
         }
         None
+    }
+
+    /// If what it stands before is farther off than was thought when it came to rest, it drives up to it.
+    fn go_on(&mut self) {
+        let is_farther = self.ahead.outlook().blocked_m.is_some_and(|at_m| at_m - self.room_m() - self.along_m > FARTHER_M);
+        if is_farther && self.log.unblocked() {
+            self.phase = Phase::Along;
+        }
     }
 
     /// How far round an arc goes is only seen on the way: until its first part is behind the robot, its angle follows what is seen.
