@@ -184,11 +184,12 @@ impl Matcher {
 
     /// How far an arc goes round, and what else it is then: the angle that explains the rays better than the one that it has by now.
     pub(super) fn arc(&mut self, arc: &Model, sights: &[Sight], width_m: f64) -> Model {
-        let known = self.cost(arc, sights, 1, width_m);
+        // That ducts mostly turn no farther than a right angle does not count any more.
+        let known = self.cost(arc, sights, 1, width_m) - arc.oddity();
         let (mut best, mut least) = (*arc, known - TURN_BETTER);
         for angle in (TURNS_DEG[0]..=TURNS_DEG[1]).step_by(TURN_STEP_DEG).map(|degrees| f64::from(degrees).to_radians()) {
             let turned = Model { dimensions: [arc.dimensions[0], angle, arc.dimensions[2], arc.dimensions[3]], ..*arc };
-            let cost = self.cost(&turned, sights, 1, width_m);
+            let cost = self.cost(&turned, sights, 1, width_m) - turned.oddity();
             if cost < least {
                 (best, least) = (turned, cost);
             }

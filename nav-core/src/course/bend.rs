@@ -1,5 +1,7 @@
 //! The path through a bend: along the duct before it, an arc, and along the duct behind it.
 
+use std::f64::consts::PI;
+
 use crate::ahead::{OuterArc, OuterWall, Stretch};
 
 /// A bend of the path. Both ducts' coordinates have their origin on the duct's middle: the entry's where its odometry has it, the exit's
@@ -21,6 +23,9 @@ pub struct Bend {
 /// Walls count as straight up to this before they are not, in metres: an arc leaves its tangent by little at first, and one that is only
 /// just off it turns the robot with it.
 const MARGIN_M: f64 = 0.15;
+/// So much of an arc is left, in radians, when its end has been in sight for a while: with radii of 0.75 and 1.75 widths a robot in its
+/// middle sees 117 degrees round.
+const LAST_RAD: f64 = 0.7;
 /// Points this far off a wall's line are its own, in metres: before a bend the robot knows its place, behind it only by its wheels.
 const NEAR_BEFORE_M: f64 = 0.04;
 const NEAR_BEHIND_M: f64 = 0.04;
@@ -93,6 +98,13 @@ impl Bend {
         self.radius_m * self.turn_rad.abs()
     }
 
+    /// Where the robot changes over to the duct behind it, as a way from its beginning, in metres: in its middle; of an arc that goes far
+    /// round, whose end is out of sight there, later.
+    pub fn settled_m(&self) -> f64 {
+        let half_m = self.length_m() / 2.0;
+        if self.is_arc() { half_m.max(self.length_m() - LAST_RAD * self.radius_m) } else { half_m }
+    }
+
     /// Place and direction of the arc's end in the entry duct: along, to the left, and the turn.
     fn end(&self) -> [f64; 2] {
         let (sin, cos) = libm::sincos(self.turn_rad.abs());
@@ -116,14 +128,14 @@ impl Bend {
 
     /// A pose in the entry duct, against the path.
     pub fn project(&self, [along_m, lateral_m, heading_rad]: [f64; 3]) -> OnPath {
-        if along_m <= self.start_m {
-            return OnPath { way_m: along_m - self.start_m, lateral_m, heading_rad, curvature_1_m: 0.0 };
-        }
         let side = self.turn_rad.signum();
         // The arc's centre stands beside its beginning.
         let (dx, dy) = (along_m - self.start_m, self.radius_m - side * lateral_m);
-        let angle = libm::atan2(dx, dy);
-        if angle <= self.turn_rad.abs() && dy > -self.radius_m {
+        if dx <= 0.0 && dy > 0.0 {
+            return OnPath { way_m: along_m - self.start_m, lateral_m, heading_rad, curvature_1_m: 0.0 };
+        }
+        let angle = libm::atan2(dx, dy).rem_euclid(2.0 * PI);
+        if angle <= self.turn_rad.abs() {
             let lateral_m = side * (self.radius_m - (dx * dx + dy * dy).sqrt());
             return OnPath {
                 way_m: angle * self.radius_m,
@@ -139,7 +151,7 @@ impl Bend {
 
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::FRAC_PI_2;
+    use std::f64::consts::{FRAC_PI_2, PI};
 
     use super::*;
 
@@ -155,6 +167,22 @@ mod tests {
         assert!((bend.start_m - 3.0).abs() < 1e-12 && (bend.radius_m - 0.25).abs() < 1e-12, "{bend:?}");
         let end = bend.entry_from_exit([0.0; 3]);
         assert!((end[0] - 3.25).abs() < 1e-12 && (end[1] - 0.25).abs() < 1e-12 && (end[2] - FRAC_PI_2).abs() < 1e-12);
+    }
+
+    /// An elbow of half a circle comes back beside where it began: behind it a place is behind it, though it is not farther along.
+    #[test]
+    fn half_a_circle_is_left_backwards() {
+        for turn in [PI, -PI] {
+            let bend = Bend::within(&OuterArc { start_m: 2.0, radius_m: 0.875, turn_rad: turn }, 0.5);
+            for [along, lateral] in [[-0.2, 0.01], [0.0, -0.02], [0.4, 0.0]] {
+                let on = bend.project(bend.entry_from_exit([along, lateral, 0.1]));
+                assert!((on.way_m - bend.length_m() - along).abs() < 0.02, "{along} {on:?}");
+                assert!((on.lateral_m - lateral).abs() < 0.04, "{along} {lateral} {on:?}");
+            }
+            assert!((bend.project([1.5, 0.02, 0.0]).way_m + 0.5).abs() < 1e-12);
+            // Its end is out of sight in its middle.
+            assert!(bend.settled_m() > 0.7 * bend.length_m() && bend.settled_m() < bend.length_m());
+        }
     }
 
     /// To the right all is mirrored, and for any angle the path's pieces meet.

@@ -75,8 +75,8 @@ const LATERAL_DOUBT_M: f64 = 0.03;
 const WIDTH_DOUBT_M: f64 = 0.02;
 /// Beside the robot no wall is seen: before a bend it goes by its wheels from here on, in metres.
 const BLIND_M: f64 = 0.85;
-/// An arc's angle is settled behind this share of it.
-const SETTLED_SHARE: f64 = 0.48;
+/// An arc's angle is looked at up to this share of the way to where the robot changes over to the duct behind it.
+const SETTLED_SHARE: f64 = 0.96;
 /// An opening that begins so far behind the robot's origin is passed, in metres.
 const MISSED_M: f64 = 0.05;
 /// A bend is looked for from this far before its beginning, in metres.
@@ -299,7 +299,7 @@ impl Course {
             Phase::Entering(bend) => {
                 let bend = self.looked_round(bend, place);
                 let way_m = bend.project(pose).way_m;
-                return (way_m > bend.length_m() / 2.0).then(|| self.change_over(bend, pose));
+                return (way_m > bend.settled_m()).then(|| self.change_over(bend, pose));
             }
             Phase::Leaving(_) if self.along_m > OVER_M => {
                 self.phase = Phase::Along;
@@ -324,7 +324,7 @@ impl Course {
     fn looked_round(&mut self, passage: Passage, place: &DuctPlace) -> Passage {
         let Passage::Bend(mut bend) = passage else { return passage };
         let way_m = bend.project([place.along_m, place.lateral_m, place.heading_rad]).way_m;
-        if bend.is_arc() && way_m < SETTLED_SHARE * bend.length_m() {
+        if bend.is_arc() && way_m < SETTLED_SHARE * bend.settled_m() {
             let radius_m = bend.radius_m + place.width_m / 2.0;
             let arc = OuterArc { start_m: bend.start_m, radius_m, turn_rad: bend.turn_rad };
             if let Some(arc) = self.ahead.arc(&arc, place.width_m) {

@@ -30,6 +30,14 @@ impl Passage {
         }
     }
 
+    /// Where the robot changes over to the exit duct, as a way from its beginning, in metres.
+    pub fn settled_m(&self) -> f64 {
+        match self {
+            Self::Bend(bend) => bend.settled_m(),
+            Self::Taper(taper) => taper.length_m / 2.0,
+        }
+    }
+
     /// By how much the way turns, positive to the left, in radians.
     pub fn turn_rad(&self) -> f64 {
         match self {
