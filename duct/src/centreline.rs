@@ -1,5 +1,7 @@
 //! The reference path through a network, and where a point stands relative to it.
 
+use std::f64::consts::PI;
+
 use nalgebra::{Point3, Vector3};
 
 use crate::Transform;
@@ -98,13 +100,14 @@ impl Segment {
     /// (distance along this segment, lateral offset) of a point, both seen from above, not limited to the segment's own length.
     fn project(&self, point: &Point3<f64>) -> (f64, f64) {
         let p = self.world_from_start.inverse() * point;
-        let (level_m, lateral_m) = project_level(self.curvature_1_m, &p);
+        let (level_m, lateral_m) = project_level(self.curvature_1_m, self.length_m * libm::cos(self.pitch_rad), &p);
         if self.pitch_rad == 0.0 { (level_m, lateral_m) } else { (level_m / libm::cos(self.pitch_rad), lateral_m) }
     }
 }
 
-/// Distance along and offset from a level line or arc that starts at the origin along x.
-fn project_level(curvature_1_m: f64, p: &Point3<f64>) -> (f64, f64) {
+/// Distance along and offset from a level line or arc of this length that starts at the origin along x. Of an arc's circle, what is nearer
+/// to its end than to its start is beyond it.
+fn project_level(curvature_1_m: f64, length_m: f64, p: &Point3<f64>) -> (f64, f64) {
     if curvature_1_m == 0.0 {
         return (p.x, p.y);
     }
@@ -112,7 +115,9 @@ fn project_level(curvature_1_m: f64, p: &Point3<f64>) -> (f64, f64) {
     let radius = 1.0 / curvature_1_m;
     let side = radius.signum();
     let (dx, dy) = (p.x, radius - p.y);
-    let angle = libm::atan2(dx, side * dy);
+    let seen = libm::atan2(dx, side * dy);
+    let middle = length_m / radius.abs() / 2.0;
+    let angle = if seen < middle - PI { seen + 2.0 * PI } else { seen };
     (angle * radius.abs(), side * (radius.abs() - (dx * dx + dy * dy).sqrt()))
 }
 
@@ -305,6 +310,27 @@ mod tests {
                     assert!((s - along).abs() < 1e-12 && (y - lateral).abs() < 1e-12, "{curvature} {along} {lateral}: {s} {y}");
                 }
             }
+        }
+    }
+
+    /// A point right behind half a circle is beyond its end, though it lies beside its start.
+    #[test]
+    fn half_a_circle_goes_on_beyond_its_end() {
+        for curvature in [1.6, -1.6] {
+            let half = Segment { length_m: PI / 1.6, ..arc(curvature) };
+            let path = Centreline {
+                segments: vec![
+                    half.clone(),
+                    Segment { world_from_start: half.pose_at(half.length_m), start_m: half.length_m, ..arc(0.0) },
+                ],
+            };
+            for near in 0..2 {
+                let at = path.project(&(path.pose_at(half.length_m + 0.3) * Point3::new(0.0, 0.02, 0.0)), near);
+                assert_eq!(at.segment, 1);
+                assert!((at.distance_m - half.length_m - 0.3).abs() < 1e-9 && (at.lateral_m - 0.02).abs() < 1e-9, "{at:?}");
+            }
+            let before = half.project(&Point3::new(-0.1, 0.0, 0.0));
+            assert!(before.0 < 0.0 && before.0 > -0.2, "{before:?}");
         }
     }
 

@@ -59,7 +59,7 @@ pub(super) struct Bounds {
 /// How far walls are drawn, in metres.
 const FAR_M: f64 = 5.0;
 /// A piece of an arc, in radians.
-const GORE_RAD: f64 = 0.25;
+const GORE_RAD: f64 = 0.131;
 /// So long a radius elbow is looked at from within, in metres: until then its angle is known.
 const INSIDE_M: f64 = 1.2;
 /// What a thing in the duct costs.
