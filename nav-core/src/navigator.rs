@@ -237,12 +237,15 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
         let repeated = self.camera.look(frame);
         self.is_frozen = self.params.frozen_frames.is_some_and(|most| repeated >= most);
         self.measurement = if self.is_frozen { Measurement::default() } else { self.perception.perceive(frame, mount) };
-        let believed = self.course.believes(self.localiser.place().1);
+        let before = self.localiser.place();
+        let believed = self.course.believes(before.1);
         let sight = match self.course.straight() {
             _ if !believed => Sight::None,
             Some(stretch) if !self.is_frozen => self.look_beside(&stretch, tick),
             _ => self.localiser.look(&self.measurement, tick, self.course.is_near_bend()),
         };
+        let now = self.localiser.place();
+        self.course.corrected(now.0 - before.0, now.1 - before.1);
         self.look_ahead();
         // In a bend walls are lost and found again: that it may go by its wheels there, its way bounds.
         if sight == Sight::Used || self.course.goes_by_wheels() {

@@ -109,6 +109,12 @@ impl Ahead {
         self.outlook = Outlook::default();
     }
 
+    /// Forgets what rays found, but not what that was taken for.
+    pub fn forget_rays(&mut self) {
+        self.strip.clear();
+        self.sightings.clear();
+    }
+
     /// The fitting that was ahead is behind the robot; what is beyond it was seen already.
     pub fn passed(&mut self) {
         self.matched = None;

@@ -85,6 +85,9 @@ const PLANNED_M: f64 = 1.5;
 const PASSING_NEAR_M: f64 = 0.04;
 /// This near to where it is to stand a robot has arrived, in metres.
 const AT_REST_M: f64 = 0.02;
+/// Rays of places that are farther off than this are not kept, in metres and radians.
+const JUMP_M: f64 = 0.02;
+const JUMP_RAD: f64 = 0.03;
 /// If that is farther off than this, it goes there, in metres.
 const FARTHER_M: f64 = 0.15;
 /// Slowest speed towards where it is to stand, in m/s.
@@ -270,6 +273,14 @@ impl Course {
         self.along_m += along_m;
     }
 
+    /// What the walls show the robot to stand off from where it believed to, to the left in metres and in radians. Rays of places that are
+    /// far off do not go with those from now on.
+    pub fn corrected(&mut self, lateral_m: f64, heading_rad: f64) {
+        if lateral_m.abs() > JUMP_M || heading_rad.abs() > JUMP_RAD {
+            self.ahead.forget_rays();
+        }
+    }
+
     /// Whether walls seen at this heading are those of the duct in whose coordinates the robot is.
     pub fn believes(&self, heading_rad: f64) -> bool {
         match self.phase {
@@ -386,8 +397,10 @@ impl Course {
         }
         // Right before a bend its far side is out of view: what was planned holds.
         let holds = self.planned.is_some_and(|passage| passage.start_m() - self.along_m < HELD_M);
+        // Not what was planned of an offset: how far it goes aside is seen last, and from there.
+        let is_offset = matches!((outlook.fitting, self.planned), (Fitting::Offset(_), Some(Passage::Taper(_))));
         match (outlook.fitting, turn) {
-            _ if holds => {}
+            _ if holds && !is_offset => {}
             (Fitting::Elbow(side), _) => self.plan_bend(place, &outlook, side),
             (Fitting::Branch(Side::Left) | Fitting::Cross | Fitting::BullheadTee, Some(Turn::Left)) => {
                 self.plan_bend(place, &outlook, Side::Left);
@@ -398,7 +411,10 @@ impl Course {
             (Fitting::Transition | Fitting::Offset(_), _) => {
                 let taper = Taper::between(place.width_m, &self.ahead.changes(place.width_m));
                 // One that would have begun already is none.
-                self.planned = taper.filter(|taper| taper.start_m > self.along_m - COMMITTED_M).map(Passage::Taper);
+                let found = taper.filter(|taper| taper.start_m > self.along_m - COMMITTED_M).map(Passage::Taper);
+                if found.is_some() || !holds {
+                    self.planned = found;
+                }
                 self.taken = outlook.fitting;
             }
             (Fitting::Branch(_) | Fitting::Cross, None | Some(Turn::Straight)) => self.pass(&outlook),

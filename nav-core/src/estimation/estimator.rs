@@ -78,6 +78,8 @@ impl Estimate {
     }
 }
 
+/// While it is to be steady, a run of refusals must be so many times as long before the filter begins anew.
+const STEADY: usize = 3;
 /// Frames that a look may come late.
 const REMEMBERED: usize = 8;
 
@@ -157,7 +159,7 @@ impl Estimator {
     }
 
     /// Takes in what a frame that was exposed at `exposed` shows. If the belief has gone on since, it goes back to the reading of that
-    /// tick, or the last one before it, and comes forward again by the same steps and looks. While it is `steady`, a run of refusals is no
+    /// tick, or the last one before it, and comes forward again by the same steps and looks. While it is `steady`, only a long run of refusals is a
     /// reason to begin anew.
     pub fn look(&mut self, walls: &SideWalls, exposed: Tick, steady: bool) -> Outcome {
         if self.past.is_empty() {
@@ -188,7 +190,8 @@ impl Estimator {
         if self.placed && nis > self.gate[freedom] {
             self.refused += 1;
             self.run += 1;
-            if steady || self.run <= self.params.gate_run {
+            let most = if steady { STEADY * self.params.gate_run } else { self.params.gate_run };
+            if self.run <= most {
                 return Outcome::Refused { nis, freedom };
             }
             self.begun_anew += 1;
