@@ -85,7 +85,7 @@ fn an_elbow_is_surveyed_and_its_cloud_lies_on_the_walls() {
     assert_eq!((second.length_m, second.truth.and_then(|truth| truth.length_m)), (None, None));
 
     // Points are near a wall of the plan or the floor: up to the drift, and what far ranges are good for.
-    let points = parsed(&ply::bytes(run.notes.cloud.as_ref().expect("a cloud")));
+    let points = parsed(&ply::bytes(&run.notes).expect("a cloud"));
     assert_eq!(Some(points.len()), survey.points);
     let to_segment = |[x, y]: [f64; 2], [x0, y0, x1, y1]: [f64; 4]| {
         let (dx, dy) = (x - x.clamp(x0, x1), y - y.clamp(y0, y1));
@@ -108,7 +108,7 @@ fn the_same_run_gives_the_same_bytes_and_no_cloud_where_none_is_kept() {
     let [one, other] = [Pace::Alone, Pace::Overlapped].map(|pace| drive(&scenario, pace));
     let bytes = |run: &RunRecord| {
         let json = Survey::of(&scenario, run).and_then(|survey| survey.to_json().ok()).expect("JSON");
-        (ply::bytes(run.notes.cloud.as_ref().expect("a cloud")), json)
+        (ply::bytes(&run.notes).expect("a cloud"), json)
     };
     assert!(bytes(&one) == bytes(&other), "files differ");
 
