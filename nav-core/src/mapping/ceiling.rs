@@ -141,3 +141,42 @@ fn on_ceiling(piece: &[Sight]) -> Option<[f64; 2]> {
     let mut highs: Vec<f64> = piece.iter().map(|sight| sight.high_m).collect();
     Some([median(&mut highs)?, ahead_m]).filter(|_| is_kept)
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point3;
+
+    use super::*;
+
+    /// Drives 2 m towards a wall in a duct of 0.3 m, with a slit that rises from 0.04 m by 0.1.
+    fn driven(wall_m: f64) -> Ceilings {
+        let mut ceilings = Ceilings::default();
+        for frame in 0..250 {
+            let place = DuctPlace { along_m: 0.008 * f64::from(frame), lateral_m: 0.0, heading_rad: 0.0, width_m: 0.5 };
+            let x = (wall_m - place.along_m).min(2.6);
+            let point = |block: usize| RangePoint {
+                point_in_base: Point3::new(x, 0.03 * block as f64 - 0.15, 0.04 + 0.1 * x),
+                laser: 0,
+                block,
+                upon: Upon::Upright,
+            };
+            ceilings.take(0, &place, &(0..11).map(point).collect::<Vec<_>>());
+        }
+        ceilings
+    }
+
+    #[test]
+    fn a_ceiling_goes_along_and_a_wall_stays() {
+        let height = driven(10.0).height(0).expect("a height");
+        assert!((height.height_m - 0.3).abs() < 1e-9 && (0.001..0.003).contains(&height.sigma_m), "{height:?}");
+        assert_eq!(driven(2.4).height(0), None);
+        // First on the ceiling for 1.4 m, then on the wall.
+        assert!(driven(4.0).height(0).is_some_and(|height| (height.height_m - 0.3).abs() < 1e-9), "{:?}", driven(4.0).height(0));
+    }
+
+    #[test]
+    fn without_a_piece_of_way_there_is_no_height() {
+        assert_eq!(driven(2.9).height(0), None);
+        assert_eq!(Ceilings::default().height(0), None);
+    }
+}

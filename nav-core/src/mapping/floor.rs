@@ -216,3 +216,63 @@ fn take_patch(high: &mut BTreeMap<Key, f64>, first: Key) -> Vec<(Key, f64)> {
 fn number(at_m: f64) -> i32 {
     libm::floor(at_m / CELL_M) as i32
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point3;
+
+    use super::*;
+
+    const WIDTH_M: f64 = 0.5;
+
+    /// Drives 3 m by steps of 8 mm over a floor of this height, with half a millimetre of noise, and a slit that falls by 0.16.
+    fn driven(height_m: impl Fn(f64, f64) -> f64) -> Floors {
+        let mut floors = Floors::default();
+        for frame in 0..375 {
+            let place = DuctPlace { along_m: 0.008 * f64::from(frame), lateral_m: 0.01, heading_rad: 0.0, width_m: WIDTH_M };
+            let point = |block: i32| {
+                let y = -0.25 + 0.01 * f64::from(block);
+                // Where the slit's plane meets the floor: by halving, for the height hangs on the place.
+                let (mut near, mut far) = (0.2, 1.2);
+                for _ in 0..30 {
+                    let x = (near + far) / 2.0;
+                    let is_above = 0.17 - 0.16 * x > height_m(place.along_m + x, place.lateral_m + y);
+                    (near, far) = if is_above { (x, far) } else { (near, x) };
+                }
+                let noise_m = 0.0005 * f64::from((frame * 7 + block * 13) % 5 - 2) / 2.0;
+                let z = 0.17 - 0.16 * near + noise_m;
+                RangePoint { point_in_base: Point3::new(near, y, z), laser: 1, block: block as usize, upon: Upon::Floor }
+            };
+            let ranges: Vec<RangePoint> = (0..48).map(point).collect();
+            floors.take(0, &place, &ranges);
+        }
+        floors
+    }
+
+    #[test]
+    fn a_clean_floor_has_no_deposit() {
+        let floors = driven(|_, _| 0.0);
+        assert_eq!(floors.deposits(), []);
+        assert!(floors.seen_m(0).is_some_and(|[from_m, to_m]| from_m < 1.1 && to_m > 3.9), "{:?}", floors.seen_m(0));
+    }
+
+    #[test]
+    fn a_patch_is_found_where_it_lies_and_as_thick_as_it_is() {
+        let floors = driven(|x, y| if (2.0..2.4).contains(&x) && (0.05..0.2).contains(&y) { 0.01 } else { 0.0 });
+        let [deposit] = floors.deposits()[..] else { panic!("{:?}", floors.deposits()) };
+        assert!((deposit.mean_m - 0.01).abs() < 0.001 && (deposit.largest_m - 0.01).abs() < 0.001, "{deposit:?}");
+        let ends = [deposit.along_m[0] - 2.0, deposit.along_m[1] - 2.4, deposit.left_m[0] - 0.05, deposit.left_m[1] - 0.2];
+        assert!(ends.iter().all(|off_m| off_m.abs() <= CELL_M + 1e-9), "{deposit:?}");
+        assert!((deposit.area_m2 - 0.06).abs() < 0.015, "{deposit:?}");
+    }
+
+    /// A wall is lit at every height, a hill is nowhere level, a screw is small; an even layer across the whole width is a deposit.
+    #[test]
+    fn walls_hills_and_small_things_are_none() {
+        assert_eq!(driven(|x, _| if x > 3.0 { 0.3 } else { 0.0 }).deposits(), []);
+        assert_eq!(driven(|x, _| if x > 2.0 { 0.02 * (x - 2.0) } else { 0.0 }).deposits(), []);
+        assert_eq!(driven(|x, y| if (2.0..2.05).contains(&x) && y.abs() < 0.01 { 0.01 } else { 0.0 }).deposits(), []);
+        let layer = driven(|x, _| if (2.0..2.8).contains(&x) { 0.01 } else { 0.0 });
+        assert_eq!(layer.deposits().len(), 1, "{:?}", layer.deposits());
+    }
+}
