@@ -12,7 +12,8 @@ use super::notes::{Notes, compose};
 use crate::record::FrameRecord;
 use crate::scenario::{Object, ObjectShape, Scenario};
 
-/// A deposit is an object's that lies within this of its middle, beside what the object covers, in metres: the light's length on the floor, and drift.
+/// A deposit is an object's if its middle lies above the object or within this beside it, in metres: the light's length on the floor, and
+/// drift.
 const BESIDE_M: f64 = 0.15;
 /// An object whose bottom is no higher lies on the floor, in metres.
 const ON_FLOOR_M: f64 = 1e-3;

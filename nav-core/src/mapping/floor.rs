@@ -1,14 +1,14 @@
 //! What lies on the floor, and how thick.
 //!
-//! A slit that falls meets the floor ahead (1.1 m ahead of the base for the `wide` rig); on a deposit it meets it sooner, above the plane of
-//! the wheels. Each lit point has a height, good for half a millimetre, and is counted in a cell of the floor, by where the robot believes
-//! to be. Of a wall the robot lights another height from each place, so a cell whose heights scatter is none of the floor's. Neighbouring
-//! cells that lie higher than [`THINNEST_M`] are a deposit, if they are enough in both directions. What goes across the whole width
-//! and is nowhere level is none: there the floor goes uphill.
+//! A slit that falls meets the floor ahead (1.1 m ahead of the base for the `wide` rig); on a deposit it meets it sooner, above the plane
+//! of the wheels. Each lit point has a height, good for half a millimetre, and is counted in a cell of the floor, by where the robot
+//! believes to be. Of a wall the robot lights another height from each place, so a cell whose heights scatter is none of the floor's.
+//! Neighbouring cells that lie higher than [`THINNEST_M`] are a deposit, if they are enough in both directions. What goes across the whole
+//! width and is nowhere level is none: there the floor goes uphill.
 //!
-//! What it does not do: a deposit thicker than [`THICKEST_M`] is an obstacle (`crate::ahead`). Cells within [`BESIDE_WALL_M`] of a wall are left
-//! out, and so is the floor that is seen while the robot turns. A cell counts if two frames lit it, so the robot must not be faster than
-//! half a cell a frame. A deposit that begins before the floor is first seen and never ends cannot be told from a floor.
+//! What it does not do: a deposit thicker than [`THICKEST_M`] is an obstacle (`crate::ahead`). Cells within [`BESIDE_WALL_M`] of a wall are
+//! left out, and so is the floor that is seen while the robot turns. A cell counts if two frames lit it, so the robot must not be faster
+//! than half a cell a frame. A deposit that begins before the floor is first seen and never ends cannot be told from a floor.
 
 use std::collections::BTreeMap;
 
@@ -47,9 +47,9 @@ const WHOLE_SHARE: f64 = 0.8;
 const EVEN_SHARE: f64 = 0.5;
 const EVEN_WITHIN: f64 = 0.25;
 /// Standard deviation of a thickness, in metres: what the cells have in common (a twentieth of a pixel, and the wheels on the floor), and a
-/// share of it: the light on a step is cut off.
+/// share of it: at a step the light lies half beside it.
 const SIGMA_M: f64 = 0.001;
-const SIGMA_SHARE: f64 = 0.03;
+const SIGMA_SHARE: f64 = 0.1;
 
 /// A deposit on the floor of a duct.
 #[derive(Clone, Copy, Debug, PartialEq)]
