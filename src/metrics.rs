@@ -55,6 +55,12 @@ pub struct Metrics {
     pub survey_length_error_max: Option<f64>,
     /// Largest error of a surveyed width, over ducts driven along for at least a metre.
     pub survey_width_error_max_m: Option<f64>,
+    /// Deposits on the floor that the sensor resolves and that were not found.
+    pub survey_deposits_missed: Option<u32>,
+    /// Deposits that were found where nothing lies.
+    pub survey_deposits_false: Option<u32>,
+    /// Largest error of the mean thickness of a deposit that the sensor resolves.
+    pub survey_deposit_error_max_m: Option<f64>,
     /// Fittings, obstacles and ends that the robot came to.
     pub ahead_fittings: u32,
     /// Share of them that it named rightly before it entered them.
@@ -147,7 +153,7 @@ fn settled<'a>(scenario: &'a Scenario) -> impl Fn(&&'a FrameRecord) -> bool + 'a
 impl Metrics {
     /// Metrics that are numbers and bear on the result, by their names in the summary: all but `completed`, `end_state`,
     /// `stop_reason` and what depends on the machine.
-    pub const NUMBERS: [&str; 23] = [
+    pub const NUMBERS: [&str; 26] = [
         "distance_m",
         "sim_time_s",
         "lateral_rms_m",
@@ -164,6 +170,9 @@ impl Metrics {
         "survey_drift_share",
         "survey_length_error_max",
         "survey_width_error_max_m",
+        "survey_deposits_missed",
+        "survey_deposits_false",
+        "survey_deposit_error_max_m",
         "ahead_fittings",
         "ahead_named_share",
         "ahead_detection_widths_min",
@@ -216,6 +225,9 @@ impl Metrics {
             survey_drift_share: survey.and_then(|survey| survey.drift_share),
             survey_length_error_max: survey.and_then(Survey::length_error_max),
             survey_width_error_max_m: survey.and_then(Survey::width_error_max_m),
+            survey_deposits_missed: survey.and_then(|survey| survey.deposits_missed),
+            survey_deposits_false: survey.and_then(|survey| survey.deposits_false),
+            survey_deposit_error_max_m: survey.and_then(|survey| survey.deposit_error_max_m),
             ahead_fittings: ahead.fittings.len() as u32,
             ahead_named_share: ahead.named_share(),
             ahead_detection_widths_min: ahead.detection_widths_min(),
@@ -251,6 +263,9 @@ impl Metrics {
             "survey_drift_share" => number(self.survey_drift_share),
             "survey_length_error_max" => number(self.survey_length_error_max),
             "survey_width_error_max_m" => number(self.survey_width_error_max_m),
+            "survey_deposits_missed" => number(self.survey_deposits_missed.map(f64::from)),
+            "survey_deposits_false" => number(self.survey_deposits_false.map(f64::from)),
+            "survey_deposit_error_max_m" => number(self.survey_deposit_error_max_m),
             "ahead_fittings" => Measured::Number(f64::from(self.ahead_fittings)),
             "ahead_named_share" => number(self.ahead_named_share),
             "ahead_detection_widths_min" => number(self.ahead_detection_widths_min),

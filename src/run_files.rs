@@ -46,8 +46,8 @@ pub fn write_run(
     if let Some(survey) = Survey::of(scenario, run) {
         folder.write("survey.json", survey.to_json()?.as_bytes())?;
     }
-    if let Some(cloud) = &run.notes.cloud {
-        folder.write("survey.ply", &ply::bytes(cloud))?;
+    if let Some(cloud) = ply::bytes(&run.notes) {
+        folder.write("survey.ply", &cloud)?;
     }
     folder.write("report.html", report::html(scenario, run, summary, manifest)?.as_bytes())?;
     folder.write("summary.json", summary.to_json()?.as_bytes())?;

@@ -16,7 +16,7 @@
 //! - [`wheel_controller`]: wheel speeds to motor duty, at its own rate;
 //! - [`mount_controller`]: mount angles and swings to where the mount's motors are to turn, at its own rate.
 //!
-//! Beside the loop: [`calibration`], pixels of known position to the rig.
+//! Beside the loop: [`calibration`], pixels of known position to the rig; [`mapping`], ranges to what an inspection is for.
 //!
 //! Mathematics only: no clock, no files, no threads, no randomness. Time is an argument.
 #![forbid(unsafe_code)]
@@ -29,6 +29,7 @@ pub mod course;
 pub mod estimation;
 pub mod exposure;
 pub mod frozen;
+pub mod mapping;
 pub mod messages;
 pub mod mount_controller;
 pub mod navigator;

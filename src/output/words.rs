@@ -25,7 +25,7 @@ const fn words(metric: &'static str, label: &'static str, unit: &'static str, pe
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
 /// All metrics of a summary, in its order.
-pub const METRICS: [MetricWords; 28] = [
+pub const METRICS: [MetricWords; 31] = [
     words("completed", "finish line passed", "", 1.0),
     words("end_state", "how it ended", "", 1.0),
     words("stop_reason", "why it stopped", "", 1.0),
@@ -47,6 +47,9 @@ pub const METRICS: [MetricWords; 28] = [
     words("survey_drift_share", "drift of the survey over the way", "%", 100.0),
     words("survey_length_error_max", "largest error of a surveyed length", "%", 100.0),
     words("survey_width_error_max_m", "largest error of a surveyed width", "mm", 1e3),
+    words("survey_deposits_missed", "deposits not found", "", 1.0),
+    words("survey_deposits_false", "deposits found where nothing lies", "", 1.0),
+    words("survey_deposit_error_max_m", "largest error of a deposit's thickness", "mm", 1e3),
     words("ahead_fittings", "fittings and ends come to", "", 1.0),
     words("ahead_named_share", "named rightly before they were entered", "%", 100.0),
     words("ahead_detection_widths_min", "least detection distance", "widths", 1.0),
@@ -235,6 +238,9 @@ mod tests {
             survey_drift_share: None,
             survey_length_error_max: None,
             survey_width_error_max_m: None,
+            survey_deposits_missed: None,
+            survey_deposits_false: None,
+            survey_deposit_error_max_m: None,
             ahead_fittings: 0,
             ahead_named_share: None,
             ahead_detection_widths_min: None,

@@ -5,6 +5,7 @@
 //! - `charts`: errors, estimates, wheel speeds and clearance over time, drawn by [`plot`] with the [`ticks`] of its axes;
 //! - `key_frames`: what the camera saw and what the navigator made of it;
 //! - `ahead`: what lay ahead against what it was named, with the `confusion_table`s;
+//! - `survey`: what lies on the floor;
 //! - `states`: how long the navigator was how sure, and why;
 //! - `thinning`: long series without the points that nobody sees;
 //! - [`accuracy`]: the page of an accuracy study, with the [`heat_map`]s of `accuracy_maps`;
@@ -25,6 +26,7 @@ mod plan;
 pub mod plot;
 mod robot_plan;
 mod states;
+mod survey;
 pub mod sweep;
 mod thinning;
 pub mod ticks;
@@ -78,6 +80,7 @@ pub fn html(scenario: &Scenario, run: &RunRecord, summary: &Summary, manifest: &
         unrolled => drawing(unrolled::plot(scenario, &network, run).svg()),
         states => states::rows(scenario, run),
         ahead => ahead::section(run, &summary.ahead),
+        deposits => survey::section(scenario, run),
         charts => charts,
         lasers => key_frames::lasers(scenario),
         key_frames => key_frames::figures(scenario, run)?,

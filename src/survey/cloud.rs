@@ -6,8 +6,11 @@
 
 use std::collections::BTreeMap;
 
+use super::notes::{Notes, compose, inverse};
 use ductloop_duct::Transform;
 use ductloop_nav::angle::rotation_about_z;
+use ductloop_nav::mapping::floor::THINNEST_M;
+use ductloop_nav::mapping::{Closure, Deposit};
 use ductloop_nav::navigator::Report;
 use ductloop_nav::perception::{RangePoint, Upon};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
@@ -33,6 +36,8 @@ pub enum Class {
     Wall(usize),
     /// The floor.
     Floor,
+    /// What lies on the floor.
+    Deposit,
 }
 
 /// Where the robot believes to stand.
@@ -53,6 +58,8 @@ pub struct CloudPoint {
     pub in_world_m: [f32; 3],
     /// On what.
     pub class: Class,
+    /// From which duct it was seen, by the duct's number in the log.
+    pub duct: usize,
 }
 
 /// The points.
@@ -105,13 +112,42 @@ impl Cloud {
         for point in ranges.iter().filter(is_lit).filter(is_near) {
             let class = standing.class(point);
             let place = world_from_base * point.point_in_base;
-            let kept = self.points.entry(cube(&place, VOXEL_M)).or_insert(CloudPoint { in_world_m: single(&place), class });
+            let kept = self.points.entry(cube(&place, VOXEL_M)).or_insert(CloudPoint {
+                in_world_m: single(&place),
+                class,
+                duct: standing.duct,
+            });
             kept.class = kept.class.max(class);
             let (last, count) = self.lit.entry(cube(&place, AROUND_M)).or_insert((0, 0));
             if *last < self.frames {
                 (*last, *count) = (self.frames, count.saturating_add(1));
             }
         }
+    }
+
+    /// The points that count, in the order of their voxels, as they are delivered: those on deposits are so called, and each is moved with
+    /// its duct where loops were closed.
+    pub fn surveyed(&self, notes: &Notes, closure: &Closure, deposits: &[Deposit]) -> Vec<CloudPoint> {
+        self.points().map(|point| self.delivered(point, notes, closure, deposits)).collect()
+    }
+
+    fn delivered(&self, point: &CloudPoint, notes: &Notes, closure: &Closure, deposits: &[Deposit]) -> CloudPoint {
+        let Some(duct) = notes.ducts.get(point.duct) else { return *point };
+        let in_first = self.world_from_first.inverse_transform_point(&Point3::from(point.in_world_m.map(f64::from)));
+        let [along_m, left_m, _] = compose(inverse(duct.first_from_duct), [in_first.x, in_first.y, 0.0]);
+        let is_within = |[from_m, to_m]: [f64; 2], at_m: f64| (from_m..=to_m).contains(&at_m);
+        let lies_on = |deposit: &Deposit| {
+            let is_high = is_within([THINNEST_M, 2.0 * deposit.largest_m], in_first.z);
+            deposit.duct == point.duct && is_high && is_within(deposit.along_m, along_m) && is_within(deposit.left_m, left_m)
+        };
+        let is_deposit = matches!(point.class, Class::Floor | Class::Inside) && deposits.iter().any(lies_on);
+        let class = if is_deposit { Class::Deposit } else { point.class };
+        if closure.loops.is_empty() {
+            return CloudPoint { class, ..*point };
+        }
+        let [x, y, _] = notes.moved(closure, point.duct, [in_first.x, in_first.y, 0.0]);
+        let in_world_m = single(&(self.world_from_first * Point3::new(x, y, in_first.z)));
+        CloudPoint { in_world_m, class, ..*point }
     }
 
     /// The points that count, in the order of their voxels.
@@ -157,7 +193,7 @@ mod tests {
         cloud.add(&standing(1, 0.5), &[point(0.502, 0.246, 0.102, Upon::Upright)]);
         cloud.add(&standing(0, 0.3), &[point(0.503, 0.246, 0.102, Upon::Upright)]);
         let kept: Vec<_> = cloud.points().copied().collect();
-        assert_eq!(kept, [CloudPoint { in_world_m: [1.501, 0.245, 0.101], class: Class::Wall(1) }]);
+        assert_eq!(kept, [CloudPoint { in_world_m: [1.501, 0.245, 0.101], class: Class::Wall(1), duct: 0 }]);
     }
 
     #[test]

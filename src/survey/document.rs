@@ -1,10 +1,11 @@
 //! `survey.json`: the ducts as they were driven, each held against the truth, and the figures of the whole.
 
 use ductloop_duct::network::Network;
-use ductloop_nav::ahead::Fitting;
 use ductloop_nav::course::DuctRecord;
+use ductloop_nav::mapping::{Closed, Closure, Height};
 use serde::Serialize;
 
+use super::deposits::{self, RESOLVED_M, SurveyedDeposit};
 use super::drift::{drift_m, path_m};
 use super::path::{Straight, is_on_path, junctions_taken, straight_of, straights};
 use crate::record::{FrameRecord, RunRecord};
@@ -12,6 +13,8 @@ use crate::scenario::Scenario;
 
 /// Shorter straights, and ducts that were driven along for less, are left out of the largest errors, in metres.
 const LEAST_M: f64 = 1.0;
+/// Heights that differ by less are one, in metres.
+const SAME_HEIGHT_M: f64 = 1e-6;
 
 /// The document: fields in this order.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -20,17 +23,32 @@ pub struct Survey {
     pub format: u32,
     /// The ducts in which the robot was, in order, as its own log has them.
     pub ducts: Vec<SurveyedDuct>,
-    /// Distance between believed and true place at the last frame; null without a believed one.
+    /// Ducts that are one: closed loops.
+    pub loops: Vec<Loop>,
+    /// Distance between believed and true place at the last frame, with the loops closed; null without a believed one.
     pub drift_m: Option<f64>,
-    /// That over the way.
+    /// The same without closing them.
+    pub drift_open_m: Option<f64>,
+    /// `drift_m` over the way.
     pub drift_share: Option<f64>,
     /// Way of the robot.
     pub path_m: f64,
+    /// Deposits thinner than this are not asked for.
+    pub deposits_resolved_m: f64,
     /// Points of the cloud; null where none is kept.
     pub points: Option<usize>,
     /// Junctions that it went through, by the truth.
     #[serde(skip)]
     pub junctions_taken: u32,
+    /// Deposits that were not found, and that are none; null where no floor was seen.
+    #[serde(skip)]
+    pub deposits_missed: Option<u32>,
+    /// See `deposits_missed`.
+    #[serde(skip)]
+    pub deposits_false: Option<u32>,
+    /// Largest error of a deposit's mean thickness.
+    #[serde(skip)]
+    pub deposit_error_max_m: Option<f64>,
 }
 
 /// A duct.
@@ -43,8 +61,14 @@ pub struct SurveyedDuct {
     pub width_m: Option<f64>,
     /// Standard deviation of the width.
     pub width_sigma_m: Option<f64>,
-    /// Height, by the frames that showed the ceiling of a straight duct; null where none did.
+    /// Height, by the pieces of the way on which light was seen on the ceiling; null where none was.
     pub height_m: Option<f64>,
+    /// Standard deviation of the height.
+    pub height_sigma_m: Option<f64>,
+    /// What lies on its floor, along it.
+    pub deposits: Vec<SurveyedDeposit>,
+    /// The stretch of it whose floor was seen, from its beginning; null where none was.
+    pub floor_seen_m: Option<[f64; 2]>,
     /// By what fitting it was left; null for the one in which the run ended.
     pub left_by: Option<&'static str>,
     /// Turn by which it was left, positive to the left.
@@ -61,6 +85,34 @@ pub struct SurveyedDuct {
     /// Way along this straight of the path in its frames.
     #[serde(skip)]
     driven_m: f64,
+}
+
+/// A duct into which the robot came again.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Loop {
+    /// The two that are one, by their places in `ducts`, counted from 1.
+    pub ducts: [usize; 2],
+    /// Whether it was driven the other way the second time.
+    pub opposite: bool,
+    /// By how much they did not meet, as the ducts before them had it: along the first one, ...
+    pub misclosure_along_m: f64,
+    /// ... across it, to the left, ...
+    pub misclosure_left_m: f64,
+    /// ... and in direction.
+    pub misclosure_deg: f64,
+}
+
+impl Loop {
+    fn of(closed: &Closed) -> Self {
+        let [along_m, left_m, turn_rad] = closed.misclosure;
+        Self {
+            ducts: closed.ducts.map(|duct| duct + 1),
+            opposite: closed.is_opposite,
+            misclosure_along_m: along_m,
+            misclosure_left_m: left_m,
+            misclosure_deg: turn_rad.to_degrees(),
+        }
+    }
 }
 
 /// Something met in a duct.
@@ -90,15 +142,31 @@ impl Survey {
     pub fn of(scenario: &Scenario, run: &RunRecord) -> Option<Self> {
         let network = scenario.duct.network().ok()?;
         let path_m = path_m(&run.frames);
-        let drift_m = drift_m(&network.centreline.pose_at(scenario.start.distance_m), &run.frames);
+        let (notes, closure) = (&run.notes, run.notes.closure());
+        let world_from_first = network.centreline.pose_at(scenario.start.distance_m);
+        let drift_open_m = drift_m(&world_from_first, &run.frames, notes, &Closure::default());
+        let drift_m = drift_m(&world_from_first, &run.frames, notes, &closure);
+        let found = deposits::found(scenario, &network, notes, &closure, &run.frames);
+        let mut ducts = ducts(scenario, &network, run);
+        for (duct, deposit) in found.deposits {
+            if let Some(duct) = ducts.get_mut(duct) {
+                duct.deposits.push(deposit);
+            }
+        }
         Some(Self {
             format: 1,
-            ducts: ducts(scenario, &network, run),
+            ducts,
+            loops: closure.loops.iter().map(Loop::of).collect(),
             drift_m,
+            drift_open_m,
             drift_share: drift_m.filter(|_| path_m > 0.0).map(|drift_m| drift_m / path_m),
             path_m,
+            deposits_resolved_m: RESOLVED_M,
             points: run.notes.cloud.as_ref().map(|cloud| cloud.points().count()),
             junctions_taken: junctions_taken(&network, &run.frames),
+            deposits_missed: found.missed,
+            deposits_false: found.none,
+            deposit_error_max_m: found.error_max_m,
         })
     }
 
@@ -131,7 +199,7 @@ fn ducts(scenario: &Scenario, network: &Network, run: &RunRecord) -> Vec<Surveye
     let log = &run.notes.ducts;
     let frames_of = |duct: usize| run.frames.iter().filter(move |frame| frame.ducts == duct + 1);
     let held: Vec<Option<usize>> = (0..log.len()).map(|duct| straight_of(network, &all, frames_of(duct))).collect();
-    let mut ducts: Vec<SurveyedDuct> = (0..log.len()).map(|duct| found(&log[duct], frames_of(duct))).collect();
+    let mut ducts: Vec<SurveyedDuct> = (0..log.len()).map(|duct| found(&log[duct], run, duct)).collect();
     for (number, duct) in ducts.iter_mut().enumerate() {
         let Some(index) = held[number] else { continue };
         let next_is_next = held.get(number + 1).is_some_and(|next| *next == Some(index + 1));
@@ -149,11 +217,13 @@ fn ducts(scenario: &Scenario, network: &Network, run: &RunRecord) -> Vec<Surveye
 }
 
 fn truth(network: &Network, straight: &Straight) -> Figures {
-    let height_m = network.centreline.segments[straight.segments.start].height_m;
+    let segments = &network.centreline.segments[straight.segments.clone()];
+    let height_m = segments[0].height_m;
+    let is_one = segments.iter().all(|segment| (segment.height_m - height_m).abs() < SAME_HEIGHT_M);
     Figures {
         length_m: straight.begin_m.zip(straight.end_m).map(|(begin_m, end_m)| end_m - begin_m),
         width_m: Some(straight.width_m),
-        height_m: Some(height_m),
+        height_m: Some(height_m).filter(|_| is_one),
         turn_deg: straight.turn_rad.map(f64::to_degrees),
     }
 }
@@ -166,8 +236,10 @@ fn driven_m<'f>(network: &Network, straight: &Straight, frames: impl Iterator<It
     (to_m - from_m).max(0.0)
 }
 
-/// What the log and the frames say of a duct.
-fn found<'f>(log: &DuctRecord, frames: impl Iterator<Item = &'f FrameRecord>) -> SurveyedDuct {
+/// What the notes say of a duct.
+fn found(log: &DuctRecord, run: &RunRecord, number: usize) -> SurveyedDuct {
+    let height: Option<Height> = run.notes.ceilings.height(number);
+    let from_begin = |at_m: f64| at_m - log.begin_m.unwrap_or(0.0);
     let width_sigma_m = log.width_deviation_m;
     let met = |met: &ductloop_nav::course::Met| Thing {
         fitting: met.fitting.word(),
@@ -177,7 +249,10 @@ fn found<'f>(log: &DuctRecord, frames: impl Iterator<Item = &'f FrameRecord>) ->
         length_m: log.begin_m.zip(log.end_m).map(|(begin_m, end_m)| end_m - begin_m),
         width_m: width_sigma_m.map(|_| log.width_m),
         width_sigma_m,
-        height_m: height_m(frames),
+        height_m: height.map(|height| height.height_m),
+        height_sigma_m: height.map(|height| height.sigma_m),
+        deposits: Vec::new(),
+        floor_seen_m: run.notes.floors.seen_m(number).map(|ends_m| ends_m.map(from_begin)),
         left_by: log.by.map(|fitting| fitting.word()),
         turn_deg: log.by.map(|_| log.turn_rad.to_degrees()),
         radius_m: Some(log.radius_m).filter(|radius_m| log.by.is_some() && radius_m.is_finite() && *radius_m > 0.0),
@@ -186,22 +261,6 @@ fn found<'f>(log: &DuctRecord, frames: impl Iterator<Item = &'f FrameRecord>) ->
         error: None,
         driven_m: 0.0,
     }
-}
-
-/// Mean of the heights that the frames gave, weighed by their variances; `None` where none gave one. Before a fitting the pipeline takes
-/// what stands across for a ceiling: such frames do not count.
-fn height_m<'f>(frames: impl Iterator<Item = &'f FrameRecord>) -> Option<f64> {
-    let (mut sum, mut weights) = (0.0, 0.0);
-    let sees_straight = |frame: &&FrameRecord| frame.outlook.is_some_and(|outlook| outlook.fitting == Fitting::Straight);
-    for frame in frames.filter(sees_straight) {
-        let seen = frame.measurement.height_m.zip(frame.measurement.deviation.height_m);
-        if let Some((height_m, deviation_m)) = seen.filter(|(_, deviation_m)| *deviation_m > 0.0) {
-            let weight = 1.0 / (deviation_m * deviation_m);
-            sum += weight * height_m;
-            weights += weight;
-        }
-    }
-    (weights > 0.0).then(|| sum / weights)
 }
 
 impl SurveyedDuct {

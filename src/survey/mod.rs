@@ -3,6 +3,7 @@
 //! - [`notes`]: what a run notes for it while it goes on;
 //! - [`cloud`]: the lit points in the world, thinned out by voxels; [`ply`] writes them as `survey.ply`;
 //! - [`path`]: the straights of the reference path, which the ducts of the log are held against, and the junctions that were passed;
+//! - [`deposits`]: what lies on the floor, against what the scenario laid there;
 //! - [`drift`]: how far the believed place is from the true one;
 //! - [`document`]: `survey.json`, and the figures that metrics take from it.
 //!
@@ -10,6 +11,7 @@
 //! a duct knows.
 
 pub mod cloud;
+pub mod deposits;
 pub mod document;
 pub mod drift;
 pub mod notes;

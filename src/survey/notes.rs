@@ -1,15 +1,24 @@
 //! What a run notes for its survey.
 
+use ductloop_nav::ahead::DuctPlace;
+use ductloop_nav::angle::wrap;
 use ductloop_nav::course::DuctRecord;
+use ductloop_nav::mapping::{Ceilings, Closure, Floors, closure};
 use ductloop_nav::navigator::Report;
 
 use super::cloud::{Cloud, Standing};
 
-/// The log of ducts as the navigator had it at the last frame, and the cloud of lit points.
+/// The log of ducts as the navigator had it at the last frame, what was seen of their ceilings and floors, and the cloud of lit points.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Notes {
     /// The ducts that the robot was in, the present one last; empty for a navigator that keeps no log.
     pub ducts: Vec<DuctRecord>,
+    /// How far along the present one the robot was, in metres.
+    pub along_m: f64,
+    /// What was seen of the ducts' ceilings.
+    pub ceilings: Ceilings,
+    /// What was seen of their floors.
+    pub floors: Floors,
     /// The lit points; `None` where none are kept.
     pub cloud: Option<Cloud>,
 }
@@ -17,19 +26,60 @@ pub struct Notes {
 impl Notes {
     /// Notes that keep a cloud, in a run that begins here.
     pub fn with_cloud(cloud: Cloud) -> Self {
-        Self { ducts: Vec::new(), cloud: Some(cloud) }
+        Self { cloud: Some(cloud), ..Self::default() }
+    }
+
+    /// Where the ducts are with all loops closed, and the loops.
+    pub fn closure(&self) -> Closure {
+        closure::close(&self.ducts, self.along_m)
+    }
+
+    /// A pose in the frame of the first duct, believed while the robot was in the duct with this number, as the closed loops move it.
+    pub(super) fn moved(&self, closure: &Closure, duct: usize, pose: [f64; 3]) -> [f64; 3] {
+        match (self.ducts.get(duct), closure.first_from_duct.get(duct)) {
+            (Some(open), Some(closed)) => compose(*closed, compose(inverse(open.first_from_duct), pose)),
+            _ => pose,
+        }
     }
 
     /// Takes in what the navigator says of a frame.
     pub fn take(&mut self, report: &Report<'_>) {
         // A frame that did not arrive has nothing to say.
-        if report.ducts.is_empty() {
-            return;
-        }
+        let (Some(duct), Some(last)) = (report.ducts.len().checked_sub(1), report.ducts.last()) else { return };
         report.ducts.clone_into(&mut self.ducts);
-        if let (Some(cloud), Some(pose)) = (&mut self.cloud, report.pose) {
-            let standing = Standing::of(report, pose);
-            cloud.add(&standing, report.stages.ranges);
+        let Some(pose) = report.pose else { return };
+        let [along_m, lateral_m, heading_rad] = compose(inverse(last.first_from_duct), pose);
+        self.along_m = along_m;
+        if let Some(estimate) = report.estimate {
+            let place = DuctPlace { along_m, lateral_m, heading_rad, width_m: estimate.width_m };
+            self.ceilings.take(duct, &place, report.stages.ranges);
+            self.floors.take(duct, &place, report.stages.ranges);
         }
+        if let Some(cloud) = &mut self.cloud {
+            cloud.add(&Standing::of(report, pose), report.stages.ranges);
+        }
+    }
+}
+
+/// The pose (along, left, heading) `b` of a frame that has the pose `a`.
+pub(super) fn compose(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    let (sin, cos) = libm::sincos(a[2]);
+    [a[0] + cos * b[0] - sin * b[1], a[1] + sin * b[0] + cos * b[1], wrap(a[2] + b[2])]
+}
+
+/// The other way round: of two frames, the second one's pose in the first to the first one's in the second.
+pub(super) fn inverse([x, y, heading_rad]: [f64; 3]) -> [f64; 3] {
+    let (sin, cos) = libm::sincos(heading_rad);
+    [-cos * x - sin * y, sin * x - cos * y, -heading_rad]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pose_and_its_inverse_make_nothing() {
+        let pose = [1.0, -0.5, 2.5];
+        assert!(compose(pose, inverse(pose)).iter().chain(&compose(inverse(pose), pose)).all(|x| x.abs() < 1e-12));
     }
 }

@@ -18,6 +18,7 @@ fn full() -> String {
          lateral_rms_mm = 5.0\nlateral_max_mm = 20.0\nheading_rms_deg = 0.5\nheading_max_deg = 2.0\nlateral_estimate_rms_mm = 3.0\n\
          heading_estimate_rms_deg = 0.25\nestimates_valid_min = 0.9\nsim_time_s = 30.0\ndistance_min_m = 4.0\ncontrol_effort = 100.0\n\
          junctions_taken_min = 2\nsurvey_drift_share = 0.01\nsurvey_length_error_max = 0.01\nsurvey_width_error_max_mm = 2.0\n\
+         survey_deposits_missed = 0\nsurvey_deposits_false = 0\nsurvey_deposit_error_max_mm = 2.0\n\
          ahead_named_share_min = 0.98\nahead_detection_widths_min = 1.5\nahead_latency_max_s = 4.0\n\
          ahead_distance_error_max_mm = 100.0\nahead_false_alarms = 0\n\
          settle_m = 1.0\n"

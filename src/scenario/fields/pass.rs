@@ -58,6 +58,23 @@ pub(super) const FIELDS: &[Field] = &[
     criterion("pass.survey_width_error_max_mm", 1e4, "survey_width_error_max_m")
         .milli("mm")
         .about("Largest error of a surveyed width, in ducts driven along for at least a metre."),
+    Field::new(
+        "pass.survey_deposits_missed",
+        Kind::Integer { min: 0, max: 1_000_000 },
+        Slot::Criterion("survey_deposits_missed", Scale::Si),
+    )
+    .or(Default::Absent("not looked at"))
+    .about("Most objects on the floor that the sensor resolves as deposits and that may stay unfound."),
+    Field::new(
+        "pass.survey_deposits_false",
+        Kind::Integer { min: 0, max: 1_000_000 },
+        Slot::Criterion("survey_deposits_false", Scale::Si),
+    )
+    .or(Default::Absent("not looked at"))
+    .about("Most deposits that may be found where nothing lies on the floor."),
+    criterion("pass.survey_deposit_error_max_mm", 1e4, "survey_deposit_error_max_m")
+        .milli("mm")
+        .about("Largest error of the mean thickness of a deposit that the sensor resolves."),
     criterion("pass.ahead_named_share_min", 1.0, "ahead_named_share")
         .about("Least share of fittings, obstacles and ends that must be named rightly before the robot enters them."),
     criterion("pass.ahead_detection_widths_min", 100.0, "ahead_detection_widths_min").about(
