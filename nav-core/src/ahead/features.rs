@@ -27,9 +27,9 @@ const ACROSS_SHARE: f64 = 0.6;
 const LEAST_DEEP_M: f64 = 0.08;
 /// What is seen so far behind a wall's line, as a share of half the duct's width, is seen through an opening.
 const DEEP_SHARE: f64 = 0.8;
-/// The floor ends where it is missed for so long, in metres, so many times as often as it is lit and lit no more often than this in all, after
-/// it was lit over so much, from so far behind the robot on, in metres. (Behind a crest of 5 degrees a bin is lit up to 24 times while it is
-/// missed 57 times, and a few bins hardly ever; a hole's are never lit.)
+/// The floor ends where it is missed for so long, in metres, so many times as often as it is lit and lit no more often than this in
+/// all, after it was lit over so much, from so far behind the robot on, in metres. (Behind a crest of 5 degrees a bin is lit up to 24
+/// times while it is missed 57 times, and a few bins hardly ever; a hole's are never lit.)
 const MISSED_M: f64 = 0.12;
 const MISSED_SHARE: f64 = 30.0;
 const LEAST_LIT: f64 = 2.0;
