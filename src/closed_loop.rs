@@ -339,6 +339,7 @@ struct Body {
     encoders: Option<FaultyEncoders>,
     ticks_per_s: f64,
     finish_m: f64,
+    axle_height_m: f64,
     /// The rig as it truly is, and by how much its mount points elsewhere than it reports.
     rig: Rig,
     mount_error: MountAngles,
@@ -363,6 +364,7 @@ impl Body {
             encoders: scenario.faults.iter().any(|fault| fault.kind.is_of_encoders()).then(|| FaultyEncoders::new(scenario.seed)),
             ticks_per_s: f64::from(rates.physics_hz),
             finish_m: scenario.finish_m(&network),
+            axle_height_m: scenario.robot.wheel_radius_m,
             network,
             mount_error: MountAngles { pan_rad: actual.pan_rad - nominal.pan_rad, tilt_rad: actual.tilt_rad - nominal.tilt_rad },
             rig,
@@ -397,9 +399,9 @@ impl Body {
     }
 
     fn is_outside(&self, truth: &Truth) -> bool {
-        // A millimetre above the floor, so that a wheel's penetration does not count as having left the duct.
-        let base = truth.world_from_base * Point3::new(0.0, 0.0, 1e-3);
-        self.network.cell_at(&base, truth.cell).is_none()
+        // At the axles' height: over a crest the base itself, between the wheels' contacts, sinks below the floor.
+        let middle = truth.world_from_base * Point3::new(0.0, 0.0, self.axle_height_m);
+        self.network.cell_at(&middle, truth.cell).is_none()
     }
 
     /// What the camera is to see.

@@ -154,7 +154,11 @@ fn exposure_params(scenario: &Scenario) -> ExposureParams {
 /// The filter of the robot's own navigator, with nothing seen yet: told the duct's width and the robot's effective track.
 pub fn estimator(scenario: &Scenario) -> Estimator {
     let count_m = scenario.robot.metres_per_count();
-    Estimator::new(scenario.estimation.params, scenario.navigation.width_m, effective_track_m(scenario), count_m)
+    let estimator = Estimator::new(scenario.estimation.params, scenario.navigation.width_m, effective_track_m(scenario), count_m);
+    match scenario.navigation.fixed_width_m {
+        Some(_) => estimator.with_known_width(),
+        None => estimator,
+    }
 }
 
 fn effective_track_m(scenario: &Scenario) -> f64 {

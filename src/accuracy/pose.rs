@@ -63,6 +63,7 @@ impl Pose {
     pub fn scenario(&self, scenario: &Scenario) -> Scenario {
         let mut own = scenario.clone();
         own.navigation.width_m += self.width_m - own.duct.width_m;
+        own.navigation.fixed_width_m = own.navigation.fixed_width_m.map(|_| own.navigation.width_m);
         own.duct.width_m = self.width_m;
         own
     }

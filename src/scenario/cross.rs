@@ -29,6 +29,7 @@ pub(super) fn check(scenario: &Scenario, typed: &Typed, checked: &mut Checked) {
     cross.speed();
     cross.sensor();
     cross.perception();
+    cross.told_width();
     cross.fit();
     cross.beads();
     if let Some(network) = cross.network() {

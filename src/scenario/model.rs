@@ -263,8 +263,10 @@ pub struct LinkParams {
 /// What the navigator is told of the duct.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Navigation {
-    /// The duct's width, the paper's `W_d`, in metres.
+    /// The duct's width, the paper's `W_d`, in metres: where it begins, or all along.
     pub width_m: f64,
+    /// Whether that holds all along, in metres: `None` where the width is measured. If it is a number, it is `width_m`.
+    pub fixed_width_m: Option<f64>,
     /// Longest time without sight of a wall before the robot stops, in seconds.
     pub coast_s: f64,
     /// So many frames in a row that are the same as the one before are a frozen camera; 0: whatever comes is believed.

@@ -123,7 +123,7 @@ fn build(layered: &Table, root: &Table, typed: &Typed, checked: &mut Checked) ->
         scenario.rig_error.laser_plane_rad = vec![0.0; scenario.rig.lasers.len()];
     }
     if layered.at("navigation.width_m").is_none() {
-        scenario.navigation.width_m = scenario.duct.width_m;
+        scenario.navigation.width_m = scenario.navigation.fixed_width_m.unwrap_or(scenario.duct.width_m);
     }
     if layered.at("wheel_control.silence_s").is_none() {
         scenario.wheel_control.silence_s = f64::max(0.5, 5.0 / f64::from(scenario.rates.camera_hz));
@@ -229,7 +229,7 @@ fn blank() -> Scenario {
             sweep: MountSweep { amplitude: MountAngles::default(), period_s: 1.0 },
         },
         link: LinkParams::default(),
-        navigation: Navigation { width_m: 1.0, coast_s: 0.0, frozen_frames: 0 },
+        navigation: Navigation { width_m: 1.0, fixed_width_m: None, coast_s: 0.0, frozen_frames: 0 },
         duct: Duct {
             width_m: 1.0,
             height_m: 1.0,

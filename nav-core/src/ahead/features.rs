@@ -1,7 +1,7 @@
 //! What the strip shows: openings in the side walls, and what stands across.
 
 use super::change::WallChange;
-use super::strip::{BIN_M, Flank, Strip, widened};
+use super::strip::{BIN_M, Flank, Inside, Strip, widened};
 
 /// Fewest rays that say that a wall's bin is open, or closed.
 const FEWEST_RAYS: f64 = 3.0;
@@ -18,16 +18,21 @@ const ACROSS_RAYS: f64 = 24.0;
 /// What stands across is believed if it was seen at one place while the robot moved by so much, in metres: a ceiling that a laser meets far
 /// ahead goes along with the robot, and a wall does not.
 const PARALLAX_M: f64 = 0.12;
+/// What goes along with the robot by so much of its way is no wall, looked at over so much to both sides, in metres.
+const MOVES_SHARE: f64 = 0.2;
+const MOVES_WITHIN_M: f64 = 0.12;
 /// What is seen behind a wall's line stands across if it spreads so much across for what it spreads along, which far ranges blur.
 const ACROSS_SHARE: f64 = 0.6;
 /// What is less far behind a wall's line, in metres, may be a stray range.
 const LEAST_DEEP_M: f64 = 0.08;
 /// What is seen so far behind a wall's line, as a share of half the duct's width, is seen through an opening.
 const DEEP_SHARE: f64 = 0.8;
-/// The floor ends where it is missed for so long, in metres, so many times as often as it is lit, after it was lit over so much, from so far
-/// behind the robot on, in metres.
-const MISSED_M: f64 = 0.06;
-const MISSED_SHARE: f64 = 3.0;
+/// The floor ends where it is missed for so long, in metres, so many times as often as it is lit and lit no more often than this in
+/// all, after it was lit over so much, from so far behind the robot on, in metres. (Behind a crest of 5 degrees a bin is lit up to 24
+/// times while it is missed 57 times, and a few bins hardly ever; a hole's are never lit.)
+const MISSED_M: f64 = 0.12;
+const MISSED_SHARE: f64 = 30.0;
+const LEAST_LIT: f64 = 2.0;
 const LIT_M: f64 = 0.1;
 const LIT_WITHIN_M: f64 = 0.5;
 /// Right before a wall the stripe on the floor is lost in what the wall throws back: there nothing is made of it, in metres.
@@ -209,7 +214,12 @@ impl Strip {
             let hit = || three.iter().filter(|inside| inside.hits > 0.0);
             let from_m = hit().map(|inside| inside.seen_from_m[0]).fold(f64::INFINITY, f64::min);
             let to_m = hit().map(|inside| inside.seen_from_m[1]).fold(f64::NEG_INFINITY, f64::max);
-            if is_peak && hits >= ACROSS_RAYS && free <= FREE_SHARE * hits && to_m - from_m >= PARALLAX_M {
+            let stands = || {
+                let by = (MOVES_WITHIN_M / BIN_M) as i64;
+                let about = (number - by..=number + by).filter_map(|number| self.bin(number));
+                Inside::moving(about.map(|bin| bin.inside)).is_some_and(|moving| moving < MOVES_SHARE)
+            };
+            if is_peak && hits >= ACROSS_RAYS && free <= FREE_SHARE * hits && to_m - from_m >= PARALLAX_M && stands() {
                 let mean: f64 = [-1.0, 0.0, 1.0].iter().zip(&three).map(|(by, inside)| by * inside.hits).sum::<f64>() / hits;
                 let reach = |side: usize, pick: fn(f64, f64) -> f64| hit().map(|inside| inside.reach_m[side]).fold(0.0, pick);
                 return Some(((number as f64 + 0.5 + mean) * BIN_M, [reach(0, f64::min), reach(1, f64::max)]));
@@ -220,17 +230,19 @@ impl Strip {
 
     /// Where the floor ends: lit before, and then missed for a while. A floor that is never seen lit says nothing.
     fn drop(&self, along_m: f64) -> Option<f64> {
-        let (mut lit_m, mut missed_m) = (0.0, 0.0);
+        let (mut lit_m, mut missed_m, mut stray) = (0.0, 0.0, 0.0);
         let before = (LIT_WITHIN_M / BIN_M) as i64;
         for number in self.ahead_of(along_m).start - before..self.ahead_of(along_m).end {
             let Some([lit, missed]) = self.bin(number).map(|bin| bin.floor) else { continue };
-            if lit >= FEWEST_RAYS && lit >= missed {
+            // A floor that falls away is lit as well, farther on than one that does not: what is seen here is here.
+            if lit >= LEAST_LIT && MISSED_SHARE * lit >= missed {
                 lit_m += BIN_M;
-                missed_m = 0.0;
-            } else if missed >= FEWEST_RAYS && missed > MISSED_SHARE * lit {
+                (missed_m, stray) = (0.0, 0.0);
+            } else if missed >= FEWEST_RAYS {
                 missed_m += BIN_M;
+                stray += lit;
             }
-            if missed_m >= MISSED_M && lit_m >= LIT_M {
+            if missed_m >= MISSED_M && lit_m >= LIT_M && stray <= LEAST_LIT {
                 return Some((number + 1) as f64 * BIN_M - missed_m);
             }
         }

@@ -206,7 +206,7 @@ fn ray(range: &RangePoint, place: &DuctPlace, camera_m: [f64; 2]) -> Ray {
             let share = FARTHEST_M / range_m;
             Ray { from, to: [from[0] + share * dx, from[1] + share * dy], end: RayEnd::Beyond }
         }
-        Upon::Floor => Ray { from, to, end: RayEnd::Floor },
+        Upon::Floor | Upon::Below => Ray { from, to, end: RayEnd::Floor },
         Upon::Upright => Ray { from, to, end: RayEnd::Surface },
     }
 }

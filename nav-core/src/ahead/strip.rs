@@ -20,6 +20,8 @@ const THROUGH_M: f64 = 0.03;
 /// So many rays through the middle make it known to be free, if they are so many times those that ended there.
 const FREE_RAYS: f64 = 40.0;
 const FREE_SHARE: f64 = 6.0;
+/// A robot that has moved by less than this deviation tells nothing by it, in metres.
+const STOOD_M: f64 = 0.01;
 /// A ray counts as free up to this before its end, in metres.
 const SHORT_OF_END_M: f64 = 0.05;
 
@@ -68,6 +70,8 @@ pub(super) struct Inside {
     pub(super) free: f64,
     /// Where the robot was along the duct when it was first and last hit, in metres.
     pub(super) seen_from_m: [f64; 2],
+    /// Sums over these rays of the robot's place, its square, where they ended, and the product of both: see [`Self::moving`].
+    pub(super) sums: [f64; 4],
     /// The most to the right and to the left that it was hit, anywhere across the duct, in metres.
     pub(super) reach_m: [f64; 2],
     /// Rays that ended here anywhere across the duct, off its walls.
@@ -80,7 +84,8 @@ pub(super) struct Bin {
     /// Left and right.
     pub(super) flanks: [Flank; 2],
     pub(super) inside: Inside,
-    /// How often the middle of the floor was seen lit here, and how often it should have been and was not.
+    /// How often the middle of the floor was seen lit here, at whatever height, and how often one at the robot's height should have been
+    /// and was not.
     pub(super) floor: [f64; 2],
 }
 
@@ -246,7 +251,7 @@ impl Strip {
                 bin.floor[0] += 1.0;
             }
         } else if let Some(bin) = self.bin_mut(Self::number(to[0])) {
-            bin.inside.hit(to[1], half_m, robot_m);
+            bin.inside.hit(*to, half_m, robot_m);
         }
         // Only what passes the middle half says that the middle is free.
         let middle = |s_m: f64| (from[1] + across * (s_m - from[0]) / along).abs() <= half_m / 2.0;
@@ -265,7 +270,20 @@ impl Strip {
 }
 
 impl Inside {
-    fn hit(&mut self, y_m: f64, half_m: f64, robot_m: f64) {
+    /// How far what these rays met moves on for each metre that the robot does, by least squares: a wall 0; a ceiling or floor that a laser
+    /// meets ahead 1, and a part of that where it slopes towards the robot. `None` while the robot has not moved.
+    pub(super) fn moving(of: impl Iterator<Item = Self>) -> Option<f64> {
+        let (mut count, mut sums) = (0.0, [0.0; 4]);
+        for inside in of {
+            count += inside.hits;
+            (0..4).for_each(|i| sums[i] += inside.sums[i]);
+        }
+        let [robot, squares, x, products] = sums.map(|sum| sum / count);
+        let variance = squares - robot * robot;
+        (count > 0.0 && variance > STOOD_M * STOOD_M).then(|| (products - x * robot) / variance)
+    }
+
+    fn hit(&mut self, [x_m, y_m]: [f64; 2], half_m: f64, robot_m: f64) {
         if self.any == 0.0 {
             self.reach_m = [y_m; 2];
         }
@@ -276,6 +294,8 @@ impl Inside {
                 self.seen_from_m = [robot_m; 2];
             }
             self.hits += 1.0;
+            let terms = [robot_m, robot_m * robot_m, x_m, x_m * robot_m];
+            (0..4).for_each(|i| self.sums[i] += terms[i]);
             self.seen_from_m = [self.seen_from_m[0].min(robot_m), self.seen_from_m[1].max(robot_m)];
         }
     }

@@ -109,7 +109,11 @@ pub struct Estimator {
     outcome: Outcome,
     refused: u32,
     begun_anew: u32,
+    width_is_known: bool,
 }
+
+/// Standard deviation of a width that is known, in metres: small beside any wall's error, and not so small that its square is lost.
+const KNOWN_WIDTH_M: f64 = 1e-6;
 
 impl Estimator {
     /// A filter that has seen nothing. Told: the duct's width, the effective track, and the way of one encoder count, in metres.
@@ -128,7 +132,14 @@ impl Estimator {
             outcome: Outcome::None,
             refused: 0,
             begun_anew: 0,
+            width_is_known: false,
         }
+    }
+
+    /// The duct's width is what it was told, in every duct: it is not estimated.
+    pub fn with_known_width(self) -> Self {
+        let params = EstimationParams { width_m: KNOWN_WIDTH_M, width_walk_m: 0.0, ..self.params };
+        Self { params, width_is_known: true, belief: Belief::unseen(&params, self.width_m, self.track_m), ..self }
     }
 
     /// Its parameters.
@@ -233,6 +244,7 @@ impl Estimator {
     /// It is in another duct, or another way round, from now on: there it stands at this lateral offset (metres) and heading (radians), in
     /// a width (metres), each with its standard deviation. What it knows of its wheels it keeps.
     pub fn enter(&mut self, lateral_m: [f64; 2], heading_rad: [f64; 2], width_m: [f64; 2]) {
+        let width_m = if self.width_is_known { [self.width_m, KNOWN_WIDTH_M] } else { width_m };
         self.belief.enter(lateral_m, heading_rad, width_m);
         self.past.clear();
         self.run = 0;

@@ -180,6 +180,8 @@ pub enum Upon {
     Floor,
     /// Whatever is not the floor: walls, mostly.
     Upright,
+    /// A floor that falls away ahead: lower than the one that the robot stands on, by no more than floors slope.
+    Below,
     /// Nothing up to here: another laser is seen on the floor in the same direction, and this one would be seen on anything nearer.
     Air,
     /// Nothing: here the floor should be lit, in sight of the camera, and is not.

@@ -27,6 +27,20 @@ impl Cross<'_> {
         self.rig();
     }
 
+    /// A width that holds all along is also the one to begin with.
+    pub(super) fn told_width(&mut self) {
+        let paths = ["navigation.width_m", "navigation.width"];
+        let navigation = &self.scenario.navigation;
+        let (Some(fixed_m), begin_m) = (navigation.fixed_width_m, navigation.width_m) else { return };
+        if self.checked.is_sound(&paths) && fixed_m != begin_m {
+            self.wrong(
+                &paths,
+                format!("navigation.width_m is {begin_m} m, and navigation.width, which holds all along, is {fixed_m} m"),
+                "leave navigation.width_m out, or let navigation.width be \"measured\"".to_owned(),
+            );
+        }
+    }
+
     fn exposure(&mut self) {
         let camera_hz = self.scenario.rates.camera_hz;
         let Some(exposure_s) = self.scenario.exposure_s else { return };

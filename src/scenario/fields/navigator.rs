@@ -1,6 +1,7 @@
 //! The navigator: perception, control law, and what it is told of the duct.
 
-use super::{Default, Field, TableRow};
+use super::field::Slot;
+use super::{Default, Field, Kind, Scale, TableRow};
 use crate::scenario::model::{Law, Pipeline};
 
 pub(super) const TABLES: &[TableRow] = &[
@@ -35,7 +36,18 @@ pub(super) const FIELDS: &[Field] = &[
     Field::number("navigation.width_m", 0.05, 10.0, |s| &mut s.navigation.width_m)
         .unit("m")
         .or(Default::Computed("duct.width_m"))
-        .about("The duct's width as the navigator is told it, W_d."),
+        .about("The duct's width as the navigator is told it, W_d: where the run begins, unless navigation.width is a number."),
+    Field::new(
+        "navigation.width",
+        Kind::NumberOr { min: 0.05, max: 10.0, word: "measured" },
+        Slot::NumberOr(|s| &mut s.navigation.fixed_width_m, Scale::Si),
+    )
+    .unit("m")
+    .default("\"measured\"")
+    .about(
+        "The width of ducts: \"measured\", from navigation.width_m on; or a number that is taken for it all along, in every duct, so that \
+         one wall is enough to know the place across it.",
+    ),
     Field::number("navigation.coast_s", 0.0, 60.0, |s| &mut s.navigation.coast_s)
         .unit("s")
         .default("0.5")

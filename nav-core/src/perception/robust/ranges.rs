@@ -35,8 +35,11 @@ const BREAKS: f64 = 0.7;
 const EXCHANGED: f64 = 4.0;
 /// A point within this of the floor's height lies on it, in metres.
 const FLOOR_M: f64 = 0.02;
-/// Light from below the floor is none of this duct's, unless there is a hole.
+/// Light from below the floor is none of this duct's, unless it falls away: by no more than this for the way to there (11 degrees), as far
+/// aside as this for the way ahead, beyond which a near wall's stripe would be taken for it.
 const BELOW_M: f64 = -0.02;
+const STEEPEST: f64 = 0.194;
+const BELOW_ASIDE: f64 = 0.45;
 /// Two ranges agree within this, in metres, and this times the square of the range, per metre: 0.2 px of a base of 60 mm and 380 px.
 const AGREE_M: f64 = 0.01;
 const AGREE_1_M: f64 = 0.02;
@@ -177,8 +180,8 @@ impl Ranger {
                 (Upon::Upright, Upon::Upright) if (other.range_m - new.range_m).abs() <= play_m => AGREED,
                 (Upon::Upright, Upon::Upright) => -DISAGREED,
                 // An upright surface in front of the floor that is seen would hide it.
-                (Upon::Floor, Upon::Upright) if new.range_m < other.range_m - play_m => -DISAGREED,
-                (Upon::Upright, Upon::Floor) if other.range_m < new.range_m - play_m => -DISAGREED,
+                (Upon::Floor | Upon::Below, Upon::Upright) if new.range_m < other.range_m - play_m => -DISAGREED,
+                (Upon::Upright, Upon::Floor | Upon::Below) if other.range_m < new.range_m - play_m => -DISAGREED,
                 _ => 0.0,
             };
         }
@@ -373,18 +376,23 @@ fn candidate(
     let expected = projector.upright_sigma(laser, x, ridge.y_px, range_m)?;
     let in_camera = projector.point(laser, x, ridge.y_px)?;
     let point = upright.base_from_camera * in_camera;
-    if point.z < BELOW_M {
+    let camera = upright.base_from_camera.translation.vector;
+    let (dx, dy) = (point.x - camera.x, point.y - camera.y);
+    let is_below = point.z < BELOW_M;
+    if is_below && (point.z < -STEEPEST * dx || dy.abs() > BELOW_ASIDE * dx) {
         return None;
     }
-    let upon = if point.z.abs() <= FLOOR_M { Upon::Floor } else { Upon::Upright };
+    let upon = match point.z {
+        _ if is_below => Upon::Below,
+        z if z <= FLOOR_M => Upon::Floor,
+        _ => Upon::Upright,
+    };
     // A stripe on a surface that lies flat along the view is thicker than on an upright one, and one that is cut off may be thinner.
     let ratio = libm::log(ridge.sigma_px / expected);
     let off = (ratio.abs() - THICKNESS_OFF).max(0.0);
-    let off = if ratio > 0.0 && (ridge.is_full || upon == Upon::Floor) { 0.0 } else { off };
-    let on_floor = if upon == Upon::Floor { ON_FLOOR } else { 0.0 };
+    let off = if ratio > 0.0 && (ridge.is_full || upon != Upon::Upright) { 0.0 } else { off };
+    let on_floor = if upon == Upon::Upright { 0.0 } else { ON_FLOOR };
     let worth = EXPLAINED + on_floor - (THICKNESS * off * off).min(EXPLAINED);
-    let camera = upright.base_from_camera.translation.vector;
-    let (dx, dy) = (point.x - camera.x, point.y - camera.y);
     Some(Candidate { laser, ridge: index, point, range_m: (dx * dx + dy * dy).sqrt(), upon, worth })
 }
 
