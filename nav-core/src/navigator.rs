@@ -162,6 +162,8 @@ pub struct DuctNavigator<P, L> {
     state: State,
     reason: Option<Reason>,
     unseen_since: Option<Tick>,
+    /// Way of the wheels since walls were used last, in metres.
+    by_wheels_m: f64,
     camera: FrozenCamera,
     is_frozen: bool,
 }
@@ -187,6 +189,7 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
             state: State::Unknown,
             reason: None,
             unseen_since: None,
+            by_wheels_m: 0.0,
             camera: FrozenCamera::default(),
             is_frozen: false,
         }
@@ -223,6 +226,7 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
         let wheels = self.params.drive.wheel_speeds(before, counts, period_s);
         self.exchange.look(self.obeyed, wheels);
         let travel = self.params.drive.travel(wheels, period_s);
+        self.by_wheels_m += (travel.left_m.abs() + travel.right_m.abs()) / 2.0;
         self.course.advance(self.localiser.advance(travel, self.params.drive.effective_track_m, tick));
         (wheels, period_s)
     }
@@ -247,8 +251,11 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
         let now = self.localiser.place();
         self.course.corrected(now.0 - before.0, now.1 - before.1);
         self.look_ahead();
-        // In a bend walls are lost and found again: that it may go by its wheels there, its way bounds.
-        if sight == Sight::Used || self.course.goes_by_wheels() {
+        // In a bend walls are lost and found again: there it may go by its wheels, but not on and on.
+        if sight == Sight::Used {
+            self.by_wheels_m = 0.0;
+        }
+        if sight == Sight::Used || (self.course.goes_by_wheels() && self.by_wheels_m < BY_WHEELS_M) {
             self.unseen_since = None;
             return (sight, 0.0);
         }

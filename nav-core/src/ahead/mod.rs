@@ -51,6 +51,8 @@ const EVERY: u64 = 6;
 const FEWEST_SIGHTS: usize = 60;
 /// A fitting begins where something is seen to, no farther than this behind the first such place, in widths.
 const PLACES_WIDTHS: f64 = 1.2;
+/// The duct begins at zero, as well as the robot knows: metres.
+const MOUTH_M: f64 = 0.05;
 /// Most such places.
 const MOST_PLACES: usize = 8;
 /// Ranges beyond this are not trusted, in metres: a pixel's error is a decimetre there.
@@ -130,7 +132,8 @@ impl Ahead {
         let is_ghost = |ray: &Ray| {
             ray.end == RayEnd::Surface && ray.to[1].abs() < GHOST_SHARE * place.width_m / 2.0 && self.strip.is_free(ray.to[0])
         };
-        self.sightings.take(place, rays().filter(|ray| !is_ghost(ray)));
+        let half_m = place.width_m / 2.0;
+        self.sightings.take(place, rays().filter(|ray| !is_ghost(ray)).filter_map(|ray| ray.from_the_mouth(half_m)));
         self.strip.take(place, rays());
         let features = self.strip.features(place.along_m, place.width_m / 2.0, &mut self.run);
         if self.frames.is_multiple_of(EVERY) {
@@ -147,7 +150,9 @@ impl Ahead {
         let near = self.matched.map(|found| found.model).filter(is_near).map(|model| model.begins_m());
         let across = features.across_m.into_iter().flat_map(|at_m| [at_m, at_m - place.width_m]);
         self.places_m.clear();
-        self.places_m.extend(features.events_m().chain(across).chain(near).take(MOST_PLACES));
+        // What begins before the duct does is what the robot came out of.
+        let is_in_duct = |at_m: &f64| *at_m > -MOUTH_M;
+        self.places_m.extend(features.events_m().chain(across).chain(near).filter(is_in_duct).take(MOST_PLACES));
         let first_m = self.places_m.iter().copied().fold(f64::INFINITY, f64::min);
         self.places_m.retain(|at_m| *at_m <= first_m + PLACES_WIDTHS * place.width_m);
         let sights = self.sightings.about(first_m, REACH_WIDTHS.map(|widths| widths * place.width_m));

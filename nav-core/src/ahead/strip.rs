@@ -129,6 +129,19 @@ pub(super) struct Ray {
     pub(super) end: RayEnd,
 }
 
+impl Ray {
+    /// The part of it that is in the duct, which begins at zero and is `half_m` wide to each side; `None` if it does not come in there. A
+    /// robot that is still in the fitting before it looks in through its mouth.
+    pub(super) fn from_the_mouth(self, half_m: f64) -> Option<Self> {
+        let Self { from, to, .. } = self;
+        if from[0] >= 0.0 {
+            return Some(self);
+        }
+        let across_m = from[1] + (to[1] - from[1]) * from[0] / (from[0] - to[0]);
+        (to[0] > 0.0 && across_m.abs() < half_m).then_some(Self { from: [0.0, across_m], ..self })
+    }
+}
+
 /// On what a ray ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum RayEnd {
@@ -298,5 +311,19 @@ impl Inside {
             (0..4).for_each(|i| self.sums[i] += terms[i]);
             self.seen_from_m = [self.seen_from_m[0].min(robot_m), self.seen_from_m[1].max(robot_m)];
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ray_comes_in_through_the_mouth_or_not_at_all() {
+        let ray = |from: [f64; 2], to: [f64; 2]| Ray { from, to, end: RayEnd::Surface }.from_the_mouth(0.25).map(|ray| ray.from);
+        assert_eq!(ray([0.1, 0.2], [1.0, -0.2]), Some([0.1, 0.2]));
+        assert_eq!(ray([-0.25, 0.25], [0.25, -0.25]), Some([0.0, 0.0]));
+        assert_eq!(ray([-0.2, 0.4], [0.2, 0.3]), None, "past the corner");
+        assert_eq!(ray([-0.2, 0.0], [-0.1, 0.1]), None, "short of it");
     }
 }
