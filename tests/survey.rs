@@ -195,7 +195,7 @@ fn a_ring_is_closed() {
     assert!(closed_m < 0.5 * open_m, "{open_m} {closed_m}");
 }
 
-/// None of these networks has a loop. (Seeds 1 to 32 by hand: docs/survey.md.)
+/// None of these networks has a loop.
 #[test]
 fn what_is_no_ring_stays_open() {
     for seed in [3, 7] {
