@@ -17,6 +17,10 @@ use crate::perception::{Measurement, Perception, Stages};
 use crate::rig::MountAngles;
 use crate::swapped_wheels::SwappedWheels;
 
+/// The longest way by the wheels alone in which walls are lost and found again, in metres: from where a fitting's walls are out of view
+/// through half a circle. Beyond it the robot is lost, or stands against something.
+const BY_WHEELS_M: f64 = 4.0;
+
 /// Steers a robot: one call a frame, and nothing else reaches it from the world.
 pub trait Navigator: Send {
     /// What to do from the next frame on. `counts` and `mount` were read at the frame's exposure, at `tick`.
