@@ -137,7 +137,7 @@ fn a_branch_that_is_passed_is_met_and_counted() {
 }
 
 fn shipped(name: &str, seed: u64) -> Scenario {
-    let overlays = Overlays { seed: Some(seed), ..Overlays::default() };
+    let overlays = Overlays { set: vec![format!("seed={seed}")], ..Overlays::default() };
     let entry = library::get(name).unwrap_or_else(|| panic!("no {name}"));
     entry.read(&overlays).unwrap_or_else(|wrong| panic!("{}", wrong.render(false)))
 }

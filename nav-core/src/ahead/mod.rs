@@ -133,7 +133,7 @@ impl Ahead {
             ray.end == RayEnd::Surface && ray.to[1].abs() < GHOST_SHARE * place.width_m / 2.0 && self.strip.is_free(ray.to[0])
         };
         let half_m = place.width_m / 2.0;
-        self.sightings.take(place, rays().filter(|ray| !is_ghost(ray)).filter_map(|ray| ray.from_the_mouth(half_m)));
+        self.sightings.take(place, rays().filter(|ray| !is_ghost(ray)).filter_map(|ray| ray.past_the_mouth(half_m)));
         self.strip.take(place, rays());
         let features = self.strip.features(place.along_m, place.width_m / 2.0, &mut self.run);
         if self.frames.is_multiple_of(EVERY) {

@@ -132,7 +132,7 @@ pub(super) struct Ray {
 impl Ray {
     /// The part of it that is in the duct, which begins at zero and is `half_m` wide to each side; `None` if it does not come in there. A
     /// robot that is still in the fitting before it looks in through its mouth.
-    pub(super) fn from_the_mouth(self, half_m: f64) -> Option<Self> {
+    pub(super) fn past_the_mouth(self, half_m: f64) -> Option<Self> {
         let Self { from, to, .. } = self;
         if from[0] >= 0.0 {
             return Some(self);
@@ -320,7 +320,7 @@ mod tests {
 
     #[test]
     fn a_ray_comes_in_through_the_mouth_or_not_at_all() {
-        let ray = |from: [f64; 2], to: [f64; 2]| Ray { from, to, end: RayEnd::Surface }.from_the_mouth(0.25).map(|ray| ray.from);
+        let ray = |from: [f64; 2], to: [f64; 2]| Ray { from, to, end: RayEnd::Surface }.past_the_mouth(0.25).map(|ray| ray.from);
         assert_eq!(ray([0.1, 0.2], [1.0, -0.2]), Some([0.1, 0.2]));
         assert_eq!(ray([-0.25, 0.25], [0.25, -0.25]), Some([0.0, 0.0]));
         assert_eq!(ray([-0.2, 0.4], [0.2, 0.3]), None, "past the corner");
