@@ -16,7 +16,7 @@
 //! - [`wheel_controller`]: wheel speeds to motor duty, at its own rate;
 //! - [`mount_controller`]: mount angles and swings to where the mount's motors are to turn, at its own rate.
 //!
-//! Beside the loop: [`calibration`], pixels of known position to the rig; [`mapping`], ranges to what an inspection is for.
+//! [`planar`] has poses seen from above. Beside the loop: [`calibration`], pixels of known position to the rig; [`mapping`], ranges to what an inspection is for.
 //!
 //! Mathematics only: no clock, no files, no threads, no randomness. Time is an argument.
 #![forbid(unsafe_code)]
@@ -35,6 +35,7 @@ pub mod mount_controller;
 pub mod navigator;
 pub mod odometry;
 pub mod perception;
+pub mod planar;
 pub mod rig;
 pub mod swapped_wheels;
 pub mod wheel_controller;

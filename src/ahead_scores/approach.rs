@@ -7,8 +7,7 @@ use super::confusion::NOTHING;
 use super::glance::Glance;
 use super::way::Thing;
 
-/// A name is lost when it was not given for so many frames in a row: as many as the navigator's own hysteresis looks at, so that what it
-/// lets drop for less is one name.
+/// A name is lost when it was not given for so many frames in a row, about a quarter of a second: what was dropped for less is one name.
 pub(super) const LOST_FRAMES: usize = 8;
 /// What was named last counts if it was named within this before the robot entered, in widths of the duct: what was said of it farther
 /// off and not upheld is forgotten.
@@ -56,6 +55,11 @@ pub struct FittingScore {
     pub has_goal: bool,
 }
 
+/// Whether a detection distance is asked for: of elbows, tees, crosses and dead ends.
+fn has_goal(fitting: Fitting) -> bool {
+    matches!(fitting, Fitting::Elbow(_) | Fitting::Branch(_) | Fitting::BullheadTee | Fitting::Cross | Fitting::DeadEnd)
+}
+
 impl FittingScore {
     /// Of a thing, by the glances at which it was the next one, in order. `None` where the robot never came near it. `radius_m` is that of
     /// the arc which the robot planned into the next duct.
@@ -97,8 +101,7 @@ impl FittingScore {
             distance_error_m: right_last.and_then(|glance| Some(glance.named?.distance_m - glance.truth.distance_m)),
             width_error_m: right_last.and_then(|glance| Some(glance.named?.width_m? - thing.width_after_m?)),
             radius_error_m: radius_error_m.map(|(truth_m, driven_m)| driven_m - truth_m),
-            has_goal: visible.truth.distance_m >= ROOM_WIDTHS * thing.width_m
-                && !matches!(thing.fitting, Fitting::Transition | Fitting::Drop | Fitting::Obstacle),
+            has_goal: visible.truth.distance_m >= ROOM_WIDTHS * thing.width_m && has_goal(thing.fitting),
         })
     }
 }

@@ -6,14 +6,16 @@
 
 use std::collections::BTreeMap;
 
-use super::notes::{Notes, compose, inverse};
 use ductloop_duct::Transform;
 use ductloop_nav::angle::rotation_about_z;
 use ductloop_nav::mapping::floor::THINNEST_M;
 use ductloop_nav::mapping::{Closure, Deposit};
 use ductloop_nav::navigator::Report;
 use ductloop_nav::perception::{RangePoint, Upon};
+use ductloop_nav::planar::{compose, inverse};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+
+use super::notes::Notes;
 
 /// Edge of a voxel, in metres.
 pub const VOXEL_M: f64 = 0.01;

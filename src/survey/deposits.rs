@@ -2,13 +2,14 @@
 
 use ductloop_duct::Transform;
 use ductloop_duct::network::Network;
-use ductloop_nav::mapping::floor::{THICKEST_M, THINNEST_M};
+use ductloop_nav::mapping::floor::THICKEST_M;
 use ductloop_nav::mapping::{Closure, Deposit};
+use ductloop_nav::planar::compose;
 use nalgebra::Point2;
 use serde::Serialize;
 
 use super::cloud::world_from_believed;
-use super::notes::{Notes, compose};
+use super::notes::Notes;
 use crate::record::FrameRecord;
 use crate::scenario::{Object, ObjectShape, Scenario};
 
@@ -136,7 +137,7 @@ fn thickness_m(object: &Object) -> f64 {
 fn is_resolved(object: &Object) -> bool {
     let ObjectShape::Box { size_m } = object.shape;
     let is_wide = size_m[0] >= RESOLVED_SIZE_M[0] && size_m[1] >= RESOLVED_SIZE_M[1];
-    is_wide && (RESOLVED_M..=THICKEST_M).contains(&size_m[2]) && size_m[2] > THINNEST_M
+    is_wide && (RESOLVED_M..=THICKEST_M).contains(&size_m[2])
 }
 
 /// Whether the robot saw the floor from before the object to behind it, by its true way along the path.

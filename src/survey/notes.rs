@@ -1,10 +1,10 @@
 //! What a run notes for its survey.
 
 use ductloop_nav::ahead::DuctPlace;
-use ductloop_nav::angle::wrap;
 use ductloop_nav::course::DuctRecord;
 use ductloop_nav::mapping::{Ceilings, Closure, Floors, closure};
 use ductloop_nav::navigator::Report;
+use ductloop_nav::planar::{compose, inverse};
 
 use super::cloud::{Cloud, Standing};
 
@@ -58,28 +58,5 @@ impl Notes {
         if let Some(cloud) = &mut self.cloud {
             cloud.add(&Standing::of(report, pose), report.stages.ranges);
         }
-    }
-}
-
-/// The pose (along, left, heading) `b` of a frame that has the pose `a`.
-pub(super) fn compose(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    let (sin, cos) = libm::sincos(a[2]);
-    [a[0] + cos * b[0] - sin * b[1], a[1] + sin * b[0] + cos * b[1], wrap(a[2] + b[2])]
-}
-
-/// The other way round: of two frames, the second one's pose in the first to the first one's in the second.
-pub(super) fn inverse([x, y, heading_rad]: [f64; 3]) -> [f64; 3] {
-    let (sin, cos) = libm::sincos(heading_rad);
-    [-cos * x - sin * y, sin * x - cos * y, -heading_rad]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_pose_and_its_inverse_make_nothing() {
-        let pose = [1.0, -0.5, 2.5];
-        assert!(compose(pose, inverse(pose)).iter().chain(&compose(inverse(pose), pose)).all(|x| x.abs() < 1e-12));
     }
 }

@@ -183,7 +183,7 @@ fn each_field_has_a_place_of_its_own() {
             None => unchangeable.push(key),
         }
     }
-    // Strings, and numbers that other fields tie down: a laser's plane and its source.
+    // Strings, and numbers that other fields tie down: a laser's plane and its source; a width that holds all along, the one at the start.
     let tied = [
         "format",
         "kind",
@@ -191,6 +191,7 @@ fn each_field_has_a_place_of_its_own() {
         "about",
         "preset",
         "fan_profile",
+        "width",
         "offset_m",
         "source_in_camera_m",
         "pipeline",

@@ -72,8 +72,6 @@ pub(super) struct Features {
     pub(super) changes: [Option<WallChange>; 2],
     /// Where the floor ends, in metres along the duct.
     pub(super) drop_m: Option<f64>,
-    /// How far the left and the right wall are known to be closed without an opening, in metres along the duct.
-    pub(super) closed_to_m: [f64; 2],
 }
 
 impl Features {
@@ -122,11 +120,11 @@ impl Strip {
             let is_wall = |o: &Opening| changes[side].is_some_and(|change| change.from_m <= o.from_m + SAME_M);
             opening.filter(|o| !is_wall(o) && self.is_deep(side, o, half_m, across_m.is_some()))
         };
-        let openings = [opening(left.0, 0), opening(right.0, 1)];
+        let openings = [opening(left, 0), opening(right, 1)];
         Features {
             openings,
             doubtful_m: [0, 1].map(|side| {
-                let raw = [left.0, right.0][side];
+                let raw = [left, right][side];
                 raw.filter(|_| openings[side].is_none() && changes[side].is_none()).map(|opening| opening.from_m)
             }),
             changes,
@@ -134,7 +132,6 @@ impl Strip {
             across_m,
             across_reach_m,
             free_to_m: self.free_to(along_m),
-            closed_to_m: [left.1, right.1],
         }
     }
 
@@ -150,16 +147,13 @@ impl Strip {
             && (ends || offset_m[1] - offset_m[0] > ACROSS_SHARE * (along_m[1] - along_m[0]) || deep_m > DEEP_SHARE * half_m)
     }
 
-    /// The next opening of a side's wall, and how far the wall is closed.
-    fn wall(&self, side: usize, along_m: f64, across_m: Option<f64>) -> (Option<Opening>, f64) {
+    /// The next opening of a side's wall.
+    fn wall(&self, side: usize, along_m: f64, across_m: Option<f64>) -> Option<Opening> {
         let bins = self.ahead_of(along_m);
         let end = across_m.map_or(bins.end, |at| bins.end.min(Self::number(at)));
         let place = |number: i64| number as f64 * BIN_M;
         let verdict = |number: i64| self.bin(number).map_or(Verdict::Unknown, |bin| bin.flanks[side].verdict());
         let gap = (GAP_M / BIN_M) as i64;
-        // Beside the robot nothing is seen: its wall is taken to begin where it is seen first.
-        let first = bins.clone().find(|number| verdict(*number) != Verdict::Unknown);
-        let mut closed_to = first.unwrap_or(bins.start);
         let mut run: Option<(i64, i64)> = None;
         let mut closes = 0;
         for number in bins.start..end {
@@ -176,31 +170,26 @@ impl Strip {
                         if is_opening {
                             let closed = number + 1 - closes;
                             let opening = Opening { from_m: place(*first), to_m: Some(place(closed)), open_to_m: place(*last) };
-                            return (Some(opening), place(*first));
+                            return Some(opening);
                         }
                         run = None;
-                        closed_to = number + 1;
                         closes = 0;
                     }
                 }
-                // What is closed beyond a piece that was not seen may be another wall's.
-                (Verdict::Closed, None) if number - closed_to <= gap => closed_to = number + 1,
-                (Verdict::Closed, None) => {}
                 (Verdict::Unknown, Some((first, last))) => {
                     let is_opening = (*last - *first) as f64 * BIN_M >= OPENING_M;
                     if number - *last > gap && !is_opening {
                         run = None;
                     }
                 }
-                (Verdict::Unknown, None) => {}
+                (Verdict::Closed | Verdict::Unknown, None) => {}
             }
         }
-        let opening = run.filter(|(first, last)| (*last - *first) as f64 * BIN_M >= OPENING_M).map(|(first, last)| Opening {
+        run.filter(|(first, last)| (*last - *first) as f64 * BIN_M >= OPENING_M).map(|(first, last)| Opening {
             from_m: place(first),
             to_m: None,
             open_to_m: place(last),
-        });
-        (opening, opening.map_or(place(closed_to), |opening| opening.from_m))
+        })
     }
 
     /// Where something stands across the middle, and how far it reaches to the right and to the left.

@@ -42,7 +42,7 @@ const DIMENSION: f64 = 0.004;
 /// Angles of an arc that are tried from within it, in degrees, and by how much one must explain more than the one that was known.
 const TURNS_DEG: [i32; 2] = [20, 180];
 const TURN_STEP_DEG: usize = 2;
-const TURN_BETTER: f64 = 0.005;
+const TURN_BETTER: f64 = 0.002;
 /// What is held already needs so much less to go on being held: fittings do not change.
 const HELD: f64 = 0.02;
 

@@ -25,7 +25,7 @@ pub struct Bend {
 const MARGIN_M: f64 = 0.15;
 /// So much of an arc is left, in radians, when its end has been in sight for a while: with radii of 0.75 and 1.75 widths a robot in its
 /// middle sees 117 degrees round.
-const LAST_RAD: f64 = 0.7;
+const LAST_RAD: f64 = 0.55;
 /// Points this far off a wall's line are its own, in metres: before a bend the robot knows its place, behind it only by its wheels.
 const NEAR_BEFORE_M: f64 = 0.04;
 const NEAR_BEHIND_M: f64 = 0.04;

@@ -53,7 +53,7 @@ impl Itinerary {
     pub(super) fn turn(&self, fitting: Fitting) -> Option<Turn> {
         match &self.mission {
             Mission::Route(turns) => turns.get(self.next).copied(),
-            Mission::Explore if fitting == Fitting::DeadEnd => {
+            Mission::Explore if ends(fitting) => {
                 let is_left = self.nodes.iter().any(|node| !node.left.is_empty());
                 Some(if is_left { Turn::TurnBack } else { Turn::Stop })
             }
@@ -70,7 +70,7 @@ impl Itinerary {
         if self.mission != Mission::Explore {
             return;
         }
-        if fitting == Fitting::DeadEnd {
+        if ends(fitting) {
             self.returns = true;
         } else if !self.returns {
             let mut left = exits(fitting);
@@ -87,6 +87,11 @@ impl Itinerary {
             }
         }
     }
+}
+
+/// Whether the way is over there: a wall, a hole, something that is not passed.
+fn ends(fitting: Fitting) -> bool {
+    matches!(fitting, Fitting::DeadEnd | Fitting::Drop | Fitting::Obstacle)
 }
 
 /// The exits that a junction shows, left before straight before right.
@@ -123,9 +128,9 @@ mod tests {
             // The branch's own junction.
             (Fitting::BullheadTee, Turn::Left),
             (Fitting::DeadEnd, Turn::TurnBack),
-            // From its left arm: straight on into the right one, past the stem on the right.
+            // From its left arm: straight on into the right one, past the stem on the right. There the floor ends.
             (Fitting::Branch(Side::Right), Turn::Straight),
-            (Fitting::DeadEnd, Turn::TurnBack),
+            (Fitting::Drop, Turn::TurnBack),
             // From its right arm: the stem is on the left.
             (Fitting::Branch(Side::Left), Turn::Left),
             // Back at the first tee, from its branch: its straight exit is on the left.

@@ -2,6 +2,7 @@
 
 use super::passage::Passage;
 use crate::ahead::Fitting;
+use crate::planar::compose;
 
 /// Something that the robot came by, or up to.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -134,12 +135,6 @@ impl Log {
         }
         self.ducts.push(DuctRecord::entered(zero, begin_m, 0.0, width_m));
     }
-}
-
-/// The pose `b` of a frame that has the pose `a`.
-fn compose(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    let (sin, cos) = libm::sincos(a[2]);
-    [a[0] + cos * b[0] - sin * b[1], a[1] + sin * b[0] + cos * b[1], crate::angle::wrap(a[2] + b[2])]
 }
 
 #[cfg(test)]

@@ -88,7 +88,7 @@ const AT_REST_M: f64 = 0.02;
 /// Rays of places that are farther off than this are not kept, in metres and radians.
 const JUMP_M: f64 = 0.02;
 const JUMP_RAD: f64 = 0.03;
-/// If that is farther off than this, it goes there, in metres.
+/// If what it stands before is farther off than this, it goes there, in metres.
 const FARTHER_M: f64 = 0.15;
 /// Slowest speed towards where it is to stand, in m/s.
 const CREEP_M_S: f64 = 0.03;
@@ -163,7 +163,7 @@ pub struct Course {
     params: CourseParams,
     ahead: Ahead,
     phase: Phase,
-    /// The bend that lies ahead, as planned by the last frames.
+    /// The passage that lies ahead, as planned by the last frames.
     planned: Option<Passage>,
     itinerary: Itinerary,
     log: Log,

@@ -22,6 +22,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::ahead::Fitting;
 use crate::angle::wrap;
 use crate::course::DuctRecord;
+use crate::planar::{compose, inverse};
 
 /// What a right angle leaves in doubt, in radians: mitred, and curved, whose end is seen last. Over the library's runs 0.3 and 2 degrees.
 const MITRE_RAD: f64 = 0.01;
@@ -240,17 +241,6 @@ fn marks(ducts: &[DuctRecord], number: usize) -> Vec<Mark> {
         _ => None,
     });
     entered.into_iter().chain(left).chain(behind).chain(met).collect()
-}
-
-/// The pose `b` of a frame that has the pose `a`.
-fn compose(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    let (sin, cos) = libm::sincos(a[2]);
-    [a[0] + cos * b[0] - sin * b[1], a[1] + sin * b[0] + cos * b[1], wrap(a[2] + b[2])]
-}
-
-fn inverse([x, y, heading_rad]: [f64; 3]) -> [f64; 3] {
-    let (sin, cos) = libm::sincos(heading_rad);
-    [-cos * x - sin * y, sin * x - cos * y, -heading_rad]
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Start, finish and the settling distance, in the duct as it was assembled.
 
 use ductloop_duct::Transform;
+use ductloop_duct::centreline::Segment;
 use ductloop_duct::network::{End, Network};
 use ductloop_nav::angle::rotation_about_z;
 use ductloop_sim::spec::RobotSpec;
@@ -66,8 +67,30 @@ impl Cross<'_> {
             self.start_among(network);
             self.start_view(network);
             self.finish();
+            self.passable(network, start.distance_m, finish_m);
             self.settle(finish_m - start.distance_m);
         }
+    }
+
+    /// Where the path leads, every fitting is wider than the robot.
+    fn passable(&mut self, network: &Network, from_m: f64, to_m: f64) {
+        if !self.checked.is_sound(&["robot", "duct"]) {
+            return;
+        }
+        let robot_m = 2.0 * plan(&self.scenario.robot).map(|(_, _, half_m)| half_m).into_iter().fold(0.0, f64::max);
+        let on_the_way = |segment: &&Segment| segment.start_m < to_m && segment.start_m + segment.length_m > from_m;
+        let too_narrow = |segment: &&Segment| segment.width_m.min(segment.end_width_m) < robot_m;
+        let Some(segment) = network.centreline.segments.iter().filter(on_the_way).find(too_narrow) else { return };
+        let path = self.scenario.duct.layout().ok().and_then(|layout| layout.paths.get(segment.fitting).cloned());
+        let path = path.unwrap_or_else(|| "duct".to_owned());
+        self.wrong(
+            &[&path],
+            format!(
+                "on the way `{path}` is {:.3} m wide, and the robot {robot_m:.3} m",
+                segment.width_m.min(segment.end_width_m)
+            ),
+            "a wider one, or a route that does not lead there".to_owned(),
+        );
     }
 
     /// The robot stands free at the start.
