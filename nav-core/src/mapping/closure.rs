@@ -1,7 +1,7 @@
 //! Ducts that the robot comes into again, and what that says of the way between.
 //!
 //! Dead reckoning carries each duct's frame on from the one before, and each passage leaves something in doubt, mostly its turn
-//! ([`doubts`]). Where a duct lies on one that is known, it is that one: two ducts of a level cannot lie in one place. Then both have one
+//! (`doubts`). Where a duct lies on one that is known, it is that one: two ducts of a level cannot lie in one place. Then both have one
 //! middle line, and a place that was met in both (a corner, the wall of a dead end) is one place. The frames of all ducts between are
 //! moved so that this holds, by least squares over the passages' doubts: this is a pose graph with a chain of passages and an edge a
 //! closed loop (G. Grisetti et al., "A tutorial on graph-based SLAM", 2010), solved by taking in one edge after the other with the
@@ -10,7 +10,7 @@
 //! A duct is taken for a known one only if
 //! - the robot drove in both over one stretch, and their widths are one;
 //! - direction (or the opposite one), middle line and a place met in both agree within three standard deviations of the doubt;
-//! - and that doubt is small against the width ([`SURE_WIDTHS`]): with more, the next duct beside it might be meant.
+//! - and that doubt is small against the width (`SURE_WIDTHS`): with more, the next duct beside it might be meant.
 //!
 //! What it does not do: levels are not told apart, so ducts above each other would be taken for one; a loop whose doubt is too large stays
 //! open; lengths of ducts stay as they were measured.
