@@ -170,8 +170,8 @@ impl Estimator {
     }
 
     /// Takes in what a frame that was exposed at `exposed` shows. If the belief has gone on since, it goes back to the reading of that
-    /// tick, or the last one before it, and comes forward again by the same steps and looks. While it is `steady`, only a long run of refusals is a
-    /// reason to begin anew.
+    /// tick, or the last one before it, and comes forward again by the same steps and looks. While it is `steady`, only a long run of
+    /// refusals is a reason to begin anew.
     pub fn look(&mut self, walls: &SideWalls, exposed: Tick, steady: bool) -> Outcome {
         if self.past.is_empty() {
             self.remember(exposed, Travel::default());

@@ -54,7 +54,7 @@ impl Localiser {
     }
 
     /// Takes in what a frame exposed at `exposed` shows. Where a bend is near, the walls of which may well be taken for those of this duct, a
-    /// filter is `steady`: it does not begin anew with what it has refused.
+    /// filter is `steady`: only a long run of refusals makes it begin anew.
     pub fn look(&mut self, measurement: &Measurement, exposed: Tick, steady: bool) -> Sight {
         match self {
             Self::Kalman(filter) => {
