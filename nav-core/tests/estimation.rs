@@ -275,6 +275,19 @@ fn an_outlier_is_refused_and_a_run_of_them_begins_anew() {
     assert_eq!((u64::from(estimate.refused), estimate.begun_anew), (run + 1, 1));
 }
 
+/// In bends wrong walls are found for a while: there the run is to be three times as long.
+#[test]
+fn a_steady_filter_begins_anew_after_a_longer_run() {
+    let mut filter = estimator();
+    straight(&mut filter, 0..30, |_| Some(at(0.01, stated())));
+    let longest = 3 * EstimationParams::default().gate_run as u64;
+    let begun = (30..30 + 2 * longest).position(|frame| {
+        filter.advance(Travel::default(), frame * TICKS_A_FRAME);
+        filter.look(&at(0.05, stated()), frame * TICKS_A_FRAME, true) == Outcome::Begun
+    });
+    assert_eq!(begun, Some(longest as usize));
+}
+
 /// A look that comes late counts as if it had come when it was exposed, to rounding.
 #[test]
 fn a_look_that_comes_late_is_put_where_it_belongs() {
