@@ -5,13 +5,14 @@ use ductloop_nav::navigator::{Reason, State};
 use crate::record::{EndState, FrameRecord};
 
 /// The words for what a navigator stops for; a scenario may ask for one (`pass.stop_reason`).
-pub const STOPS: [&str; 9] = [
+pub const STOPS: [&str; 10] = [
     "route-ends",
     "dead-end",
     "obstacle",
     "drop",
     "no-way-known",
     "no-such-way",
+    "no-room",
     "coasted-too-long",
     "frozen-camera",
     "wheels-swapped",
@@ -33,6 +34,7 @@ pub fn reason_word(reason: Reason) -> &'static str {
         Reason::Drop => "drop",
         Reason::NoWayKnown => "no-way-known",
         Reason::NoSuchWay => "no-such-way",
+        Reason::NoRoom => "no-room",
         Reason::WheelsSwapped => "wheels-swapped",
     }
 }
@@ -53,6 +55,7 @@ pub fn reason_about(reason: Reason) -> &'static str {
         Reason::Drop => "the floor ends",
         Reason::NoWayKnown => "how the duct goes on cannot be told",
         Reason::NoSuchWay => "the way that the route names is not there",
+        Reason::NoRoom => "there is no room to turn back, as far as it came",
         Reason::WheelsSwapped => "the wheels turn the other way than they are told",
     }
 }
@@ -70,8 +73,11 @@ mod tests {
 
     #[test]
     fn what_a_navigator_stops_for_can_be_asked_for() {
-        use Reason::{CoastedTooLong, DeadEnd, Drop, FrozenCamera, NoSuchWay, NoWayKnown, Obstacle, RouteEnds, WheelsSwapped};
-        let told = [RouteEnds, DeadEnd, Obstacle, Drop, NoWayKnown, NoSuchWay, CoastedTooLong, FrozenCamera, WheelsSwapped];
+        use Reason::{
+            CoastedTooLong, DeadEnd, Drop, FrozenCamera, NoRoom, NoSuchWay, NoWayKnown, Obstacle, RouteEnds, WheelsSwapped,
+        };
+        let told =
+            [RouteEnds, DeadEnd, Obstacle, Drop, NoWayKnown, NoSuchWay, NoRoom, CoastedTooLong, FrozenCamera, WheelsSwapped];
         assert_eq!(told.map(reason_word), STOPS);
     }
 }

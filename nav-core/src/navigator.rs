@@ -6,6 +6,7 @@
 use crate::ahead::{self, DuctPlace, Outlook, Stretch};
 use crate::control::limits::Limits;
 use crate::control::{ControlLaw, PathState, Twist};
+use crate::course::backing::{back, reversed};
 use crate::course::{Course, CourseParams, DuctRecord, End};
 use crate::estimation::localiser::{Localiser, Sight};
 use crate::estimation::{Estimate, Estimator};
@@ -77,6 +78,8 @@ pub enum Reason {
     NoWayKnown,
     /// The way that the route names is not there.
     NoSuchWay,
+    /// It is to turn back, and there is no room for that.
+    NoRoom,
     /// The wheels turn the robot the other way than they are told: left and right are exchanged.
     WheelsSwapped,
 }
@@ -90,6 +93,7 @@ impl Reason {
             End::Drop => Self::Drop,
             End::Unknown => Self::NoWayKnown,
             End::NoSuchWay => Self::NoSuchWay,
+            End::NoRoom => Self::NoRoom,
         }
     }
 }
@@ -159,6 +163,8 @@ pub struct DuctNavigator<P, L> {
     commanded: Sides,
     /// The motion that it stands for.
     twist: Twist,
+    /// Whether the law drives it backwards.
+    is_backwards: bool,
     /// The one before, under which the wheels have turned since the frame before.
     obeyed: Sides,
     exchange: SwappedWheels,
@@ -187,6 +193,7 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
             last: None,
             commanded: Sides::default(),
             twist: Twist::default(),
+            is_backwards: false,
             obeyed: Sides::default(),
             exchange: SwappedWheels::default(),
             measurement: Measurement::default(),
@@ -309,13 +316,26 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
         }
     }
 
-    /// The errors at the time at which the command takes effect, a frame from now; `period_s` is the time since the last command.
-    fn at_actuation(&self, wheels: Sides, period_s: f64) -> PathState {
+    /// The motion that follows the path. Before it goes the other way along it the robot stands: the law begins anew.
+    fn follow(&mut self, wheels: Sides, period_s: f64) -> Twist {
+        let (state, is_backwards) = self.at_actuation(wheels, period_s);
+        let state = if is_backwards { reversed(state) } else { state };
+        if is_backwards != self.is_backwards {
+            self.is_backwards = is_backwards;
+            self.law.reset(state.travelled_m);
+        }
+        let twist = self.law.twist(&state);
+        if is_backwards { back(twist) } else { twist }
+    }
+
+    /// The errors at the time at which the command takes effect, a frame from now, and whether it is to drive backwards; `period_s` is the
+    /// time since the last command.
+    fn at_actuation(&self, wheels: Sides, period_s: f64) -> (PathState, bool) {
         let (drive, frame_s) = (&self.params.drive, self.frame_s());
         let meanwhile = drive.travel(drive.approach(wheels, self.commanded, frame_s), frame_s);
         let (lateral_m, heading_rad, along) = self.localiser.foresee(meanwhile, drive.effective_track_m);
         let here = self.course.path(along, lateral_m, heading_rad);
-        PathState {
+        let state = PathState {
             lateral_m: here.on_path.lateral_m,
             heading_rad: here.on_path.heading_rad,
             curvature_1_m: here.on_path.curvature_1_m,
@@ -323,7 +343,8 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
             travelled_m: here.travelled_m,
             measured: drive.twist(wheels),
             period_s,
-        }
+        };
+        (state, here.is_backwards)
     }
 
     /// Moves as a manoeuvre asks, within what the wheels can do; the law begins anew after it.
@@ -372,7 +393,7 @@ impl<P: Perception, L: ControlLaw> DuctNavigator<P, L> {
         (self.state, self.reason) = self.judge(sight);
         let twist = match self.course.manoeuvre(self.localiser.place().1) {
             Some(wanted) => self.manoeuvre(wanted, period_s),
-            None => self.law.twist(&self.at_actuation(wheels, period_s)),
+            None => self.follow(wheels, period_s),
         };
         self.twist = twist;
         let told_m = self.params.drive.effective_track_m;

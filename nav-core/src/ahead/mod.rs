@@ -9,6 +9,7 @@
 //! - `model`: families of fittings with their dimensions, each drawn as a `plan`;
 //! - `matching`: which of them explains the rays best;
 //! - [`outlook`]: which fitting that is, and how sure;
+//! - `thing`: what stands in the duct and may be passed;
 //! - `outer`: what a bend turns along;
 //! - `flanks`: the side walls up to where they end.
 
@@ -22,6 +23,7 @@ pub mod outlook;
 mod plan;
 mod sightings;
 mod strip;
+mod thing;
 
 pub use change::WallChange;
 use features::Features;
@@ -33,6 +35,7 @@ pub use outlook::{Fitting, Outlook, Side};
 use sightings::Sightings;
 pub use strip::DuctPlace;
 use strip::{Ray, RayEnd, Strip};
+pub use thing::Thing;
 
 use crate::perception::side_walls::SideWalls;
 use crate::perception::{RangePoint, Upon};

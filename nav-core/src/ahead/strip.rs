@@ -9,6 +9,8 @@ use std::collections::VecDeque;
 
 /// Length of a bin, in metres.
 pub(super) const BIN_M: f64 = 0.02;
+/// Pieces into which the duct's width is cut.
+pub(super) const CELLS: usize = 10;
 /// How far behind the robot and ahead of it bins are kept, in metres.
 const BEHIND_M: f64 = 0.6;
 const AHEAD_M: f64 = 3.0;
@@ -74,6 +76,8 @@ pub(super) struct Inside {
     pub(super) sums: [f64; 4],
     /// The most to the right and to the left that it was hit, anywhere across the duct, in metres.
     pub(super) reach_m: [f64; 2],
+    /// Rays that ended here in each piece of the width, from the right to the left.
+    pub(super) cells: [f64; CELLS],
     /// Rays that ended here anywhere across the duct, off its walls.
     pub(super) any: f64,
 }
@@ -179,6 +183,12 @@ impl Strip {
     pub(super) fn is_free(&self, along_m: f64) -> bool {
         self.bin(Self::number(along_m))
             .is_some_and(|Bin { inside: Inside { free, hits, .. }, .. }| *free >= FREE_RAYS && *free > FREE_SHARE * hits)
+    }
+
+    /// Rays that ended in each piece of the width, off the walls, from here to there along the duct.
+    pub(super) fn across_cells(&self, [from_m, to_m]: [f64; 2]) -> [f64; CELLS] {
+        let bins = (Self::number(from_m)..=Self::number(to_m)).filter_map(|number| self.bin(number));
+        bins.fold([0.0; CELLS], |sums, bin| std::array::from_fn(|cell| sums[cell] + bin.inside.cells[cell]))
     }
 
     /// Numbers of the bins from the robot on.
@@ -301,6 +311,8 @@ impl Inside {
             self.reach_m = [y_m; 2];
         }
         self.any += 1.0;
+        let cell = (y_m / half_m + 1.0) / 2.0 * CELLS as f64;
+        self.cells[(cell.max(0.0) as usize).min(CELLS - 1)] += 1.0;
         self.reach_m = [self.reach_m[0].min(y_m), self.reach_m[1].max(y_m)];
         if y_m.abs() <= half_m / 2.0 {
             if self.hits == 0.0 {

@@ -123,6 +123,14 @@ impl Log {
         self.ducts.push(DuctRecord::entered(zero, Some(0.0), along_m, passage.exit_width_m()));
     }
 
+    /// The robot drove backwards out of the present duct, at this place of it, into the one before, which has this frame.
+    pub(super) fn backed_into(&mut self, first_from_duct: [f64; 3], along_m: f64, from_m: f64, width_m: f64) {
+        if let Some(duct) = self.ducts.last_mut() {
+            duct.to_m = Some(along_m);
+        }
+        self.ducts.push(DuctRecord::entered(first_from_duct, None, from_m, width_m));
+    }
+
     /// The robot turned round at this place of its duct.
     pub(super) fn turned_round(&mut self, along_m: f64, width_m: f64) {
         let zero = self.first_from([along_m, 0.0, std::f64::consts::PI]);

@@ -3,13 +3,17 @@
 //! - [`route`]: the ways to take;
 //! - [`Mission`]: a route, or every branch;
 //! - [`bend`], [`taper`]: the path through a bend or a transition, and poses against it; [`passage`] is either;
+//! - [`detour`]: the path past what stands in a duct;
+//! - [`backing`]: the way back out of where there is no room to turn;
 //! - [`Log`]: the ducts that were driven through;
 //! - [`Course`]: follows both, from duct to duct.
 //!
 //! A duct has coordinates of its own: along it, by odometry, and to the left of its middle. In the middle of a bend the robot changes over to
 //! those of the duct behind it. Until the walls of that duct are seen it goes by its wheels.
 
+pub mod backing;
 pub mod bend;
+pub mod detour;
 mod itinerary;
 mod log;
 pub mod passage;
@@ -21,7 +25,9 @@ use std::f64::consts::PI;
 use crate::ahead::{Ahead, DuctPlace, Fitting, Outer, OuterArc, Outlook, Side, Stretch};
 use crate::control::Twist;
 use crate::perception::RangePoint;
+use backing::{Entry, Step};
 use bend::{Bend, OnPath};
+use detour::Detour;
 use itinerary::Itinerary;
 pub use itinerary::Mission;
 pub use log::{DuctRecord, Log, Met};
@@ -114,6 +120,12 @@ enum Phase {
     Leaving(Passage),
     /// Turning round on the spot.
     TurningRound,
+    /// Passing something that stands in the duct.
+    Passing(Detour),
+    /// Driving backwards, in the coordinates of the duct that it is in.
+    BackingOut,
+    /// Driving backwards out of the passage by which it first left the duct in whose coordinates it is.
+    BackingInto(Entry),
     /// Standing at the end of its route.
     AtTheEnd(End),
 }
@@ -133,6 +145,8 @@ pub enum End {
     Unknown,
     /// The way that its route names is not there.
     NoSuchWay,
+    /// It is to turn back, and there is no room for that in all the ducts that it came by.
+    NoRoom,
 }
 
 /// That the robot has come into another duct: where it stands there, each figure with its deviation.
@@ -155,6 +169,8 @@ pub struct PathHere {
     pub travelled_m: f64,
     /// By which share to be slower than usual.
     pub slowing: f64,
+    /// Whether it is to be driven backwards.
+    pub is_backwards: bool,
 }
 
 /// Follows a route from duct to duct.
@@ -169,6 +185,10 @@ pub struct Course {
     log: Log,
     /// A junction that is passed straight through: where its left and its right wall are open, in metres along the duct.
     passing: [Option<[f64; 2]>; 2],
+    /// The way that it came by since it last turned round.
+    trail: Vec<Step>,
+    /// By which quarter it first took the junction that it has backed out of and stands before.
+    came_by: Option<i32>,
     /// Along the duct, in metres.
     along_m: f64,
     /// Way along the path up to this duct's coordinate zero, in metres.
@@ -189,6 +209,8 @@ impl Course {
             itinerary: Itinerary::new(params.mission.clone()),
             log: Log::default(),
             passing: [None; 2],
+            trail: Vec::new(),
+            came_by: None,
             along_m: 0.0,
             before_m: 0.0,
             taken: Fitting::Unknown,
@@ -243,24 +265,26 @@ impl Course {
         match self.phase {
             Phase::Along => match self.planned.filter(|bend| bend.start_m() - self.along_m < PLANNED_M) {
                 Some(bend) => Some(bend.straight_before()),
-                None if self.passing.iter().any(Option::is_some) => Some(self.straight_past()),
+                None if self.passing.iter().any(Option::is_some) => Some(self.straight_past(&self.passing)),
                 None => None,
             },
             Phase::Entering(bend) => Some(bend.straight_before()),
             Phase::Leaving(bend) => Some(bend.straight_behind()),
+            Phase::Passing(detour) => Some(self.straight_past(&detour.hidden())),
+            Phase::BackingOut | Phase::BackingInto(_) => self.straight_back(),
             Phase::TurningRound | Phase::AtTheEnd(_) => None,
         }
     }
 
     /// Past a junction a wall counts on the side of its opening that is not behind the camera's first sight of it.
-    fn straight_past(&self) -> Stretch {
+    fn straight_past(&self, openings: &[Option<[f64; 2]>; 2]) -> Stretch {
         let all = [f64::NEG_INFINITY, f64::INFINITY];
         let of = |open: Option<[f64; 2]>| match open {
             Some([from_m, _]) if self.along_m < from_m - BLIND_M => [f64::NEG_INFINITY, from_m],
             Some([_, to_m]) => [to_m, f64::INFINITY],
             None => all,
         };
-        Stretch { along_m: self.passing.map(of), near_m: PASSING_NEAR_M, is_rough: false }
+        Stretch { along_m: openings.map(of), near_m: PASSING_NEAR_M, is_rough: false }
     }
 
     /// Along its duct, by odometry, in metres.
@@ -284,7 +308,8 @@ impl Course {
     /// Whether walls seen at this heading are those of the duct in whose coordinates the robot is.
     pub fn believes(&self, heading_rad: f64) -> bool {
         match self.phase {
-            Phase::Along => true,
+            Phase::Along | Phase::Passing(_) => true,
+            Phase::BackingOut | Phase::BackingInto(_) => self.believes_backwards(heading_rad),
             Phase::TurningRound | Phase::AtTheEnd(_) => false,
             Phase::Entering(Passage::Taper(_)) | Phase::Leaving(Passage::Taper(_)) => true,
             Phase::Entering(bend) => heading_rad.abs() < BELIEVED_SHARE * bend.turn_rad().abs(),
@@ -301,7 +326,7 @@ impl Course {
 
     /// Takes in what a frame shows from where the robot stands in its duct; says if it is in another one from now on.
     pub fn look(&mut self, place: &DuctPlace, ranges: &[RangePoint]) -> Option<Entered> {
-        if !ranges.is_empty() && self.phase != Phase::TurningRound {
+        if !ranges.is_empty() && self.phase != Phase::TurningRound && !self.is_backwards() {
             self.ahead.look(place, ranges);
         }
         let pose = [place.along_m, place.lateral_m, place.heading_rad];
@@ -317,6 +342,8 @@ impl Course {
                 self.planned = None;
             }
             Phase::TurningRound if place.heading_rad.abs() >= PI - ROUND_RAD => return Some(self.turned_round(place)),
+            Phase::Passing(detour) => self.look_along(detour, place),
+            Phase::BackingOut | Phase::BackingInto(_) => return self.back_out(place),
             Phase::AtTheEnd(_) => self.go_on(),
             Phase::Leaving(_) | Phase::TurningRound => {}
         }
@@ -354,7 +381,7 @@ impl Course {
         self.phase = Phase::Along;
         self.planned = None;
         self.passing = [None; 2];
-        self.itinerary.took(Fitting::DeadEnd);
+        self.trail.clear();
         self.ahead.enter();
         Entered {
             lateral_m: [-place.lateral_m, LATERAL_DOUBT_M],
@@ -368,6 +395,11 @@ impl Course {
         let [along_m, lateral_m, heading_rad] = bend.exit_from_entry(pose);
         let doubt = if matches!(bend, Passage::Bend(bend) if bend.is_arc()) { ARC_DOUBT } else { TURN_DOUBT };
         self.before_m += bend.start_m() + bend.length_m();
+        if let Some(duct) = self.log.ducts().last() {
+            let is_junction = self.itinerary.has_say(self.taken);
+            let (first_from_duct, width_m) = (duct.first_from_duct, duct.width_m);
+            self.trail.push(Step::Through(Entry { passage: bend, fitting: self.taken, is_junction, first_from_duct, width_m }));
+        }
         self.log.left_by(self.taken, &bend, along_m);
         self.along_m = along_m;
         self.phase = Phase::Leaving(bend);
@@ -390,7 +422,10 @@ impl Course {
             }
             return;
         }
-        let turn = self.itinerary.turn(outlook.fitting);
+        let turn = self.turn(outlook.fitting);
+        if self.pass_by(place, &outlook) {
+            return;
+        }
         // What stands in a bend that was planned, or a floor that ends before it: the way is not open.
         if matches!(outlook.fitting, Fitting::Obstacle | Fitting::Drop) {
             self.planned = None;
@@ -440,7 +475,7 @@ impl Course {
         } else if let Some(at_m) = outlook.blocked_m.filter(|at_m| self.along_m >= at_m - self.room_m() - AT_REST_M) {
             self.log.blocked(outlook.fitting, at_m);
             self.phase = match (outlook.fitting, turn) {
-                (Fitting::DeadEnd | Fitting::Drop | Fitting::Obstacle, Some(Turn::TurnBack)) => Phase::TurningRound,
+                (Fitting::DeadEnd | Fitting::Drop | Fitting::Obstacle, Some(Turn::TurnBack)) => self.turn_back(place),
                 (_, Some(Turn::Stop)) => Phase::AtTheEnd(End::Route),
                 (Fitting::DeadEnd, None) => Phase::AtTheEnd(End::DeadEnd),
                 (Fitting::Drop, _) => Phase::AtTheEnd(End::Drop),
@@ -453,6 +488,7 @@ impl Course {
 
     fn take_turn(&mut self, fitting: Fitting) {
         self.itinerary.took(fitting);
+        self.came_by = None;
         self.junctions += 1;
     }
 
@@ -489,6 +525,7 @@ impl Course {
             return;
         }
         self.passing = outlook.openings;
+        self.trail.push(Step::Past { fitting: outlook.fitting, at_m: outlook.at_m, openings: outlook.openings });
         self.log.passed(outlook.fitting, outlook.at_m);
         self.take_turn(outlook.fitting);
     }
@@ -502,9 +539,11 @@ impl Course {
             }
             Phase::Entering(bend) => (bend.project(pose), bend.start_m()),
             Phase::Leaving(bend) => (bend.project(bend.entry_from_exit(pose)), -bend.length_m()),
+            Phase::Passing(detour) => (detour.project(pose), 0.0),
+            Phase::BackingOut | Phase::BackingInto(_) => self.path_back(pose),
         };
         let travelled_m = self.before_m + origin_m + on_path.way_m;
-        PathHere { on_path, travelled_m, slowing: self.slowing() }
+        PathHere { on_path, travelled_m, slowing: self.slowing(), is_backwards: self.is_backwards() }
     }
 
     /// The motion that turns the robot round on the spot, or holds it where its route ends; `None` where it is to follow its path.
@@ -523,7 +562,7 @@ impl Course {
 
     /// Room to leave between the robot's origin and what it cannot pass, in metres.
     fn room_m(&self) -> f64 {
-        match self.itinerary.turn(self.ahead.outlook().fitting) {
+        match self.turn(self.ahead.outlook().fitting) {
             Some(Turn::TurnBack) => self.params.turn_back_m,
             _ => self.params.stand_off_m,
         }
@@ -540,6 +579,13 @@ impl Course {
             (Phase::Entering(bend) | Phase::Leaving(bend), _) => most = most.min(in_bend(bend)),
             (Phase::Along, Some(bend)) => most = most.min(before(bend.start_m() - self.along_m - 0.05, in_bend(bend))),
             (Phase::TurningRound | Phase::AtTheEnd(_), _) => most = 0.0,
+            (Phase::Passing(_), _) => most *= detour::SPEED_SHARE,
+            (Phase::BackingOut | Phase::BackingInto(_), _) => {
+                most = self.speed_back_m_s();
+                if let Some((to_m, true)) = self.back_to_m() {
+                    most = most.min(before(self.along_m - to_m, CREEP_M_S));
+                }
+            }
             (Phase::Along, None) => {
                 if let Some(at_m) = self.ahead.outlook().blocked_m {
                     most = most.min(before(at_m - self.room_m() - self.along_m, CREEP_M_S));
