@@ -85,14 +85,14 @@ impl Features {
 
 /// A bin of a wall.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Verdict {
+pub(super) enum Verdict {
     Open,
     Closed,
     Unknown,
 }
 
 impl Flank {
-    fn verdict(&self) -> Verdict {
+    pub(super) fn verdict(&self) -> Verdict {
         if self.open >= FEWEST_RAYS && self.open > OPEN_SHARE * self.closed {
             Verdict::Open
         } else if self.closed >= FEWEST_RAYS && self.closed >= self.open {
@@ -193,7 +193,7 @@ impl Strip {
     }
 
     /// Where something stands across the middle, and how far it reaches to the right and to the left.
-    fn across(&self, along_m: f64) -> Option<(f64, [f64; 2])> {
+    pub(super) fn across(&self, along_m: f64) -> Option<(f64, [f64; 2])> {
         let bins = self.ahead_of(along_m);
         for number in bins.start + 3..bins.end - 1 {
             let three = [-1, 0, 1].map(|by| self.bin(number + by).map(|bin| bin.inside).unwrap_or_default());

@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 /// Length of a bin, in metres.
 pub(super) const BIN_M: f64 = 0.02;
 /// Pieces into which the duct's width is cut.
-pub(super) const CELLS: usize = 10;
+pub(super) const CELLS: usize = 25;
 /// How far behind the robot and ahead of it bins are kept, in metres.
 const BEHIND_M: f64 = 0.6;
 const AHEAD_M: f64 = 3.0;

@@ -4,8 +4,8 @@
 //! profile, J. Neuroscience 4, 1984), over at least [`SHIFT_M`]: at 0.12 m aside its steepest is 0.45 rad and its tightest radius 0.36 m.
 
 use super::bend::OnPath;
-use super::{Course, Phase};
-use crate::ahead::{DuctPlace, Fitting, Outlook, Thing};
+use super::{AT_REST_M, Course, End, Phase};
+use crate::ahead::{DuctPlace, Fitting, Thing};
 
 /// The path past it, in the coordinates of the duct that it stands in.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,6 +16,8 @@ pub struct Detour {
     pub beside_m: [f64; 2],
     /// How far aside, to the left, in metres.
     pub aside_m: f64,
+    /// Where something else stands across the middle behind it, in metres along the duct.
+    pub next_m: Option<f64>,
 }
 
 /// The robot's width, what it keeps free on both sides, how far its nose reaches ahead and its tail behind its origin, in metres: those of
@@ -48,17 +50,15 @@ impl Detour {
         let [right_m, left_m] = thing.reach_m;
         // What is free to the right of it, and to the left.
         let free_m = [right_m + half_m, half_m - left_m];
-        let (room_m, aside_m) = if free_m[0] > free_m[1] {
-            (free_m[0], (right_m - half_m) / 2.0)
-        } else {
-            (free_m[1], (left_m + half_m) / 2.0)
-        };
+        let (room_m, aside_m) =
+            if free_m[0] > free_m[1] { (free_m[0], (right_m - half_m) / 2.0) } else { (free_m[1], (left_m + half_m) / 2.0) };
         let beside_m = [thing.at_m - NOSE_M - CLEAR_M, thing.to_m + TAIL_M + CLEAR_M];
         let way_m = beside_m[0] - along_m;
         (room_m >= ROBOT_M + 2.0 * MARGIN_M && way_m >= SHIFT_M).then(|| Self {
             from_m: beside_m[0] - way_m.min(LONGEST_SHIFT_M),
             beside_m,
             aside_m,
+            next_m: None,
         })
     }
 
@@ -94,23 +94,28 @@ impl Detour {
 
 impl Course {
     /// Goes past what stands in the duct, if there is room; says whether it does.
-    pub(super) fn pass_by(&mut self, place: &DuctPlace, outlook: &Outlook) -> bool {
-        let thing = self.ahead.thing(place).filter(|_| outlook.fitting == Fitting::Obstacle);
-        let Some(detour) = thing.and_then(|thing| Detour::past(&thing, self.along_m, place.width_m)) else { return false };
+    pub(super) fn pass_by(&mut self, place: &DuctPlace) -> bool {
+        let Some(detour) = self.ahead.thing(place).and_then(|thing| Detour::past(&thing, self.along_m, place.width_m)) else {
+            return false;
+        };
         self.log.passed(Fitting::Obstacle, detour.beside_m[0] + NOSE_M + CLEAR_M);
         self.planned = None;
         self.phase = Phase::Passing(detour);
         true
     }
 
-    /// Beside it its far end is seen: it is passed only behind that.
+    /// Beside it its far end is seen: it is passed only behind that. Before what else stands behind it the robot stops.
     pub(super) fn look_along(&mut self, mut detour: Detour, place: &DuctPlace) {
         let at_m = detour.beside_m[0] + NOSE_M + CLEAR_M;
         if self.along_m < detour.beside_m[1] {
             detour.beside_m[1] = detour.beside_m[1].max(self.ahead.thing_to_m(at_m) + TAIL_M + CLEAR_M);
         }
+        detour.next_m = self.ahead.stands_beyond(detour.beside_m[1] - TAIL_M + SHADOW_M);
         self.phase = Phase::Passing(detour);
-        if place.along_m > detour.to_m() {
+        if let Some(at_m) = detour.next_m.filter(|at_m| place.along_m >= at_m - self.params.stand_off_m - AT_REST_M) {
+            self.log.blocked(Fitting::Obstacle, at_m);
+            self.phase = Phase::AtTheEnd(End::Obstacle);
+        } else if place.along_m > detour.to_m() {
             self.trail.push(super::backing::Step::Aside(detour));
             self.phase = Phase::Along;
             self.ahead.passed();
@@ -143,7 +148,8 @@ mod tests {
             let line = |at: f64| middle(at) / libm::cos(detour.project([at, 0.0, 0.0]).heading_rad);
             let slope = (line(along_m + step) - line(along_m - step)) / (2.0 * step);
             assert!((libm::atan(slope) - heading).abs() < 1e-6, "{along_m}: {slope} {heading}");
-            let turned = -detour.project([along_m + step, 0.0, 0.0]).heading_rad + detour.project([along_m - step, 0.0, 0.0]).heading_rad;
+            let turned =
+                -detour.project([along_m + step, 0.0, 0.0]).heading_rad + detour.project([along_m - step, 0.0, 0.0]).heading_rad;
             let curvature = turned / (2.0 * step) * libm::cos(heading);
             assert!((curvature - detour.project([along_m, 0.0, 0.0]).curvature_1_m).abs() < 1e-5, "{along_m}");
         }

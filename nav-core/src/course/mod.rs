@@ -423,7 +423,7 @@ impl Course {
             return;
         }
         let turn = self.turn(outlook.fitting);
-        if self.pass_by(place, &outlook) {
+        if self.pass_by(place) {
             return;
         }
         // What stands in a bend that was planned, or a floor that ends before it: the way is not open.
@@ -570,7 +570,7 @@ impl Course {
 
     /// By which share to be slower than usual: as bends and ends ask for.
     fn slowing(&self) -> f64 {
-        let CourseParams { speed_m_s, turn_rate_rad_s, braking_m_s2, .. } = self.params;
+        let CourseParams { speed_m_s, turn_rate_rad_s, braking_m_s2, stand_off_m, .. } = self.params;
         let in_bend = |bend: &Passage| (turn_rate_rad_s * bend.radius_m()).min(speed_m_s);
         // The speed from which it can brake to `then` over what is left.
         let before = |left_m: f64, then: f64| (then * then + 2.0 * braking_m_s2 * left_m.max(0.0)).sqrt();
@@ -579,7 +579,12 @@ impl Course {
             (Phase::Entering(bend) | Phase::Leaving(bend), _) => most = most.min(in_bend(bend)),
             (Phase::Along, Some(bend)) => most = most.min(before(bend.start_m() - self.along_m - 0.05, in_bend(bend))),
             (Phase::TurningRound | Phase::AtTheEnd(_), _) => most = 0.0,
-            (Phase::Passing(_), _) => most *= detour::SPEED_SHARE,
+            (Phase::Passing(detour), _) => {
+                most *= detour::SPEED_SHARE;
+                if let Some(at_m) = detour.next_m {
+                    most = most.min(before(at_m - stand_off_m - self.along_m, CREEP_M_S));
+                }
+            }
             (Phase::BackingOut | Phase::BackingInto(_), _) => {
                 most = self.speed_back_m_s();
                 if let Some((to_m, true)) = self.back_to_m() {

@@ -188,3 +188,77 @@ fn it_stands_where_its_route_ends() {
         assert!((0.2..0.3).contains(&(front_m - robot.pose[0])), "{fitting:?} {route:?}: {:?}", robot.pose);
     }
 }
+
+/// A box from one corner to another, with the duct's walls.
+fn with_boxes(boxes: &[[[f64; 2]; 2]]) -> Vec<Wall> {
+    let round = |[[x, y], [to_x, to_y]]: [[f64; 2]; 2]| {
+        [[[x, y], [to_x, y]], [[to_x, y], [to_x, to_y]], [[to_x, to_y], [x, to_y]], [[x, to_y], [x, y]]]
+    };
+    let sides = [HALF_M, -HALF_M].map(|y| [[0.0, y], [12.0, y]]);
+    sides.into_iter().chain(boxes.iter().copied().flat_map(round)).collect()
+}
+
+/// How much is free between a box and a robot that reaches 0.16 m ahead of its origin, 0.12 m behind it and 0.1075 m to both sides; 0 if
+/// they touch.
+fn clearance_m(pose: [f64; 3], [from, to]: [[f64; 2]; 2]) -> f64 {
+    let (sin, cos) = libm::sincos(pose[2]);
+    let mut least_m = f64::INFINITY;
+    for step in 0..=20 {
+        let share = f64::from(step) / 20.0;
+        for [x, y] in [[-0.12 + 0.28 * share, 0.1075], [-0.12 + 0.28 * share, -0.1075], [0.16, 0.215 * share - 0.1075]] {
+            let [x, y] = [pose[0] + cos * x - sin * y, pose[1] + sin * x + cos * y];
+            let [dx, dy] = [(from[0] - x).max(x - to[0]).max(0.0), (from[1] - y).max(y - to[1]).max(0.0)];
+            least_m = least_m.min(libm::hypot(dx, dy));
+        }
+    }
+    least_m
+}
+
+/// Boxes that leave 0.3 m at one side are passed there, in the middle of what is free, and the robot is in the duct's middle behind them.
+#[test]
+fn what_leaves_room_is_passed() {
+    for (right_m, left_m, long_m) in [(-HALF_M, -0.05, 0.25), (0.05, HALF_M, 0.25), (-HALF_M, -0.07, 0.6), (0.05, 0.2, 0.1)] {
+        let thing = [[AT_M, right_m], [AT_M + long_m, left_m]];
+        let walls = with_boxes(&[thing]);
+        let mut robot = Robot::new(&[]);
+        let mut least_m = f64::INFINITY;
+        let arrived = (0..1500).any(|_| {
+            robot.frame(&walls);
+            let at_wall_m = HALF_M - robot.pose[1].abs() - 0.1075;
+            least_m = least_m.min(clearance_m(robot.pose, thing)).min(at_wall_m);
+            robot.pose[0] > AT_M + long_m + 1.5
+        });
+        let case = format!("{right_m} to {left_m}, {long_m} m long");
+        assert!(arrived, "{case}: {:?} {:?} {:?}", robot.pose, robot.course.end(), robot.course.outlook());
+        // 42 mm are free at both sides in the middle, less where it is known by pieces of the width.
+        assert!(least_m > 0.02, "{case}: {least_m} m");
+        assert!(robot.pose[1].abs() < 0.01 && robot.pose[2].abs() < 0.03, "{case}: {:?}", robot.pose);
+        let met: Vec<_> =
+            robot.course.log().ducts()[0].met.iter().map(|met| (met.fitting, (met.at_m - AT_M).abs() < 0.05)).collect();
+        assert_eq!(met, [(Fitting::Obstacle, true)], "{case}");
+    }
+}
+
+/// What leaves 0.25 m is not passed; nor is a thing behind which another one stands in the way back to the middle.
+#[test]
+fn what_leaves_too_little_is_not_passed() {
+    let box_at = |x: f64, right_m: f64, left_m: f64| [[x, right_m], [x + 0.25, left_m]];
+    for boxes in [
+        vec![box_at(AT_M, -HALF_M, 0.0)],
+        vec![box_at(AT_M, -0.125, 0.125)],
+        vec![box_at(AT_M, -HALF_M, -0.05), box_at(AT_M + 0.3, 0.05, HALF_M)],
+        vec![box_at(AT_M, -HALF_M, -0.05), box_at(AT_M + 0.8, 0.05, HALF_M)],
+        vec![box_at(AT_M, -HALF_M, -0.05), box_at(AT_M + 1.0, -HALF_M, 0.05)],
+    ] {
+        let walls = with_boxes(&boxes);
+        let mut robot = Robot::new(&[]);
+        let mut least_m = f64::INFINITY;
+        let stopped = (0..1500).any(|_| {
+            robot.frame(&walls);
+            least_m = boxes.iter().map(|thing| clearance_m(robot.pose, *thing)).fold(least_m, f64::min);
+            robot.course.end().is_some()
+        });
+        assert!(stopped && robot.course.end() == Some(End::Obstacle), "{boxes:?}: {:?} {:?}", robot.pose, robot.course.end());
+        assert!(least_m > 0.02, "{boxes:?}: {least_m} m, {:?}", robot.pose);
+    }
+}
