@@ -229,7 +229,8 @@ impl Centreline {
     }
 
     /// As [`Self::project`] for something that faces along `facing`, in the world: in a dead end it is on the way back as soon as it
-    /// faces back, although it has not come as far as the path goes.
+    /// faces back, although it has not come as far as the path goes. What has come out of a dead end backwards and goes on from the junction
+    /// before it is on the way out once it is outside the duct by which the path leads in.
     ///
     /// # Panics
     /// If the path has no segments.
@@ -238,10 +239,26 @@ impl Centreline {
         const FACING_BACK: f64 = -0.5;
         let at = self.project(point, near);
         // First what costs least: looking for the way back goes along the path.
-        if at.forward.dot(facing) >= FACING_BACK * facing.norm() {
-            return at;
-        }
-        self.same_place_on_the_way_back(at.segment).map_or(at, |segment| self.project(point, segment))
+        let faces_back = at.forward.dot(facing) < FACING_BACK * facing.norm();
+        let is_outside = at.lateral_m.abs() > self.section_at_m(at.distance_m)[0] / 2.0;
+        let there = if faces_back {
+            self.same_place_on_the_way_back(at.segment)
+        } else if is_outside {
+            self.holding_on_the_way_back(point, at.segment)
+        } else {
+            None
+        };
+        there.map_or(at, |segment| self.project(point, segment))
+    }
+
+    /// The first segment on the way back out of a dead end in which the point lies.
+    fn holding_on_the_way_back(&self, point: &Point3<f64>, index: usize) -> Option<usize> {
+        let turn = index + 1 + self.segments[index + 1..].iter().position(|segment| segment.turns_back)?;
+        let holds = |segment: &Segment| {
+            let (along_m, lateral_m) = segment.project(point);
+            (0.0..=segment.length_m).contains(&along_m) && lateral_m.abs() <= segment.width_at_m(along_m) / 2.0
+        };
+        (turn..self.segments.len()).find(|index| holds(&self.segments[*index]))
     }
 
     /// The segment on the way back out of a dead end that goes along the same piece of path as this one on the way in.

@@ -300,3 +300,28 @@ fn an_open_exit_of_a_junction_can_be_left_by_but_is_not_explored() {
     let refused = network.path(&[Turn::Right, Turn::TurnBack], START, SHORT);
     assert!(matches!(&refused, Err(RouteError::NotOffered { index: 1, offers, .. }) if *offers == [Turn::Stop]), "{refused:?}");
 }
+
+/// Out of a branch backwards, past the junction, and on from there: on the way back as soon as it has left the way in.
+#[test]
+fn what_backs_out_of_a_branch_is_on_the_way_back_once_it_goes_on() {
+    let path = fork().path(&[Turn::Left, Turn::TurnBack, Turn::Left, Turn::Stop], START, SHORT).expect("a way");
+    let turn_m = path.segments.iter().find(|segment| segment.turns_back).expect("it turns back").start_m;
+    let mut near = 0;
+    // In and, still facing in, out again.
+    let way_in = (0..100).map(|step| turn_m * f64::from(step) / 100.0);
+    for distance in way_in.clone().chain(way_in.rev().filter(|distance| *distance > 0.4)) {
+        let pose = path.pose_at(distance);
+        let at = path.project_facing(&(pose * Point3::origin()), &(pose.rotation * Vector3::x()), near);
+        assert!((at.distance_m - distance).abs() < 1e-9 && at.lateral_m.abs() < 1e-9, "{distance}: {at:?}");
+        near = at.segment;
+    }
+    // From before the tee straight past it: the path comes round its corner.
+    let start = path.pose_at(0.4);
+    let at = |along_m: f64, near: usize| path.project_facing(&(start * Point3::new(along_m, 0.0, 0.0)), &Vector3::x(), near);
+    for step in 0..=160 {
+        near = at(0.01 * f64::from(step), near).segment;
+    }
+    let there = at(1.6, near);
+    // Half a metre behind the tee, 2.5 m before the end of the duct.
+    assert!((there.distance_m - (path.length_m() - 2.5)).abs() < 1e-9 && there.lateral_m.abs() < 1e-9, "{there:?}");
+}

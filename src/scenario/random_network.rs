@@ -8,6 +8,7 @@ use ductloop_duct::cell::SurfaceId;
 use ductloop_duct::fitting::port::PortName;
 use ductloop_duct::fitting::{AcrossAlign, Fitting, Hand, Shape, UprightAlign};
 use ductloop_duct::network::{End, Network, Turn};
+use ductloop_sim::walls::Walls;
 
 use super::check::Checked;
 use super::diagnostic::Finding;
@@ -109,7 +110,9 @@ impl Growth {
     }
 
     fn is_possible(&self) -> bool {
-        self.duct.layout().is_ok_and(|layout| Network::assemble(&layout.pieces, &layout.joins, &layout.ends).is_ok())
+        let Ok(layout) = self.duct.layout() else { return false };
+        // Ducts may lie side by side, but with room between them for their sheets.
+        Network::assemble(&layout.pieces, &layout.joins, &layout.ends).is_ok_and(|network| Walls::new(&network).is_ok())
     }
 }
 
@@ -345,6 +348,7 @@ mod tests {
             let duct = draw(&wanted(seed)).unwrap_or_else(|| panic!("seed {seed} gave none"));
             let network = duct.network().unwrap_or_else(|error| panic!("seed {seed}: {error}"));
             assert!((10..=20).contains(&network.fittings.len()), "seed {seed}: {}", network.fittings.len());
+            assert!(Walls::new(&network).is_ok(), "seed {seed}: sheets reach into other ducts");
             assert_eq!(duct.route.turns.last(), Some(&Turn::Stop));
             let again = draw(&wanted(seed)).map(|duct| duct.network());
             assert_eq!(again, Some(Ok(network.clone())), "seed {seed}");

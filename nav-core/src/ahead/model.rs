@@ -72,6 +72,8 @@ const FARTHER_1_RAD: f64 = 0.008;
 const DEEP_M: f64 = 0.1;
 /// A transition moves at least one wall by so much, in metres; less is a bead or a dent.
 const LEAST_MOVE_M: f64 = 0.02;
+/// An offset goes aside by no less than this share of its length: seen with a heading that is a degree off, a straight duct goes aside.
+const LEAST_SLOPE: f64 = 0.05;
 
 const fn bounds(least: f64, most: f64, step: f64) -> Bounds {
     Bounds { least, most, step }
@@ -182,11 +184,16 @@ impl Model {
 
     /// Whether it is none of its family: no different from a straight duct, or another family's.
     pub(super) fn is_nothing(&self) -> bool {
-        let [_, _, left_m, right_m] = self.dimensions;
-        let is_straight = left_m.abs().max(right_m.abs()) < LEAST_MOVE_M;
-        // Walls that move to the same side are an offset's.
-        let is_offset = left_m * right_m < 0.0 && left_m.abs().min(right_m.abs()) > LEAST_MOVE_M / 2.0;
-        self.family == Family::Transition && (is_straight || is_offset)
+        match (self.family, self.dimensions) {
+            (Family::Transition, [_, _, left_m, right_m]) => {
+                let is_straight = left_m.abs().max(right_m.abs()) < LEAST_MOVE_M;
+                // Walls that move to the same side are an offset's.
+                let is_offset = left_m * right_m < 0.0 && left_m.abs().min(right_m.abs()) > LEAST_MOVE_M / 2.0;
+                is_straight || is_offset
+            }
+            (Family::Offset, [_, length_m, aside_m, _]) => aside_m < LEAST_SLOPE * length_m,
+            _ => false,
+        }
     }
 
     /// Draws it, behind a duct of this width.

@@ -16,8 +16,7 @@ use super::detour::Detour;
 use super::passage::Passage;
 use super::route::Turn;
 use super::{
-    AT_REST_M, BELIEVED_SHARE, Course, End, Entered, HEADING_DOUBT_RAD, LATERAL_DOUBT_M, PLANNED_M, Phase, TURN_DOUBT,
-    WIDTH_DOUBT_M,
+    AT_REST_M, BELIEVED_SHARE, Course, End, Entered, HEADING_DOUBT_RAD, LATERAL_DOUBT_M, OVER_M, Phase, TURN_DOUBT, WIDTH_DOUBT_M,
 };
 use crate::ahead::{DuctPlace, Fitting, Stretch};
 use crate::control::{PathState, Twist};
@@ -219,7 +218,8 @@ impl Course {
         match (self.phase, self.trail.last()) {
             // Its place behind the bend is known by the wheels alone.
             (Phase::BackingInto(entry), _) => Some(Stretch { is_rough: true, ..entry.passage.straight_before() }),
-            (_, Some(Step::Through(entry))) if self.along_m < PLANNED_M => Some(entry.passage.straight_behind()),
+            // The camera looks away from the bend: only where the robot is in it are other walls than the duct's in view.
+            (_, Some(Step::Through(entry))) if self.along_m < OVER_M => Some(entry.passage.straight_behind()),
             (_, Some(Step::Past { openings, .. })) => Some(self.straight_past(openings)),
             (_, Some(Step::Aside(detour))) => Some(self.straight_past(&detour.hidden())),
             _ => None,

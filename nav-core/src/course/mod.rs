@@ -6,7 +6,7 @@
 //! - [`detour`]: the path past what stands in a duct;
 //! - [`backing`]: the way back out of where there is no room to turn;
 //! - [`Log`]: the ducts that were driven through;
-//! - [`Course`]: follows both, from duct to duct.
+//! - [`Course`]: follows both, from duct to duct; `planning` decides on the next fitting, `motion` has the path and its speed.
 //!
 //! A duct has coordinates of its own: along it, by odometry, and to the left of its middle. In the middle of a bend the robot changes over to
 //! those of the duct behind it. Until the walls of that duct are seen it goes by its wheels.
@@ -16,24 +16,24 @@ pub mod bend;
 pub mod detour;
 mod itinerary;
 mod log;
+mod motion;
 pub mod passage;
+mod planning;
 pub mod route;
 pub mod taper;
 
 use std::f64::consts::PI;
 
-use crate::ahead::{Ahead, DuctPlace, Fitting, Outer, OuterArc, Outlook, Side, Stretch};
-use crate::control::Twist;
+use crate::ahead::{Ahead, DuctPlace, Fitting, OuterArc, Outlook, Stretch};
 use crate::perception::RangePoint;
 use backing::{Entry, Step};
-use bend::{Bend, OnPath};
+use bend::Bend;
 use detour::Detour;
 use itinerary::Itinerary;
 pub use itinerary::Mission;
 pub use log::{DuctRecord, Log, Met};
+pub use motion::PathHere;
 use passage::Passage;
-use route::Turn;
-use taper::Taper;
 
 /// Parameters of a course.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,8 +83,6 @@ const WIDTH_DOUBT_M: f64 = 0.02;
 const BLIND_M: f64 = 0.85;
 /// An arc's angle is looked at up to this share of the way to where the robot changes over to the duct behind it.
 const SETTLED_SHARE: f64 = 0.96;
-/// An opening that begins so far behind the robot's origin is passed, in metres.
-const MISSED_M: f64 = 0.05;
 /// A bend is looked for from this far before its beginning, in metres.
 const PLANNED_M: f64 = 1.5;
 /// Past a junction points this far off a wall's line are its own, in metres.
@@ -96,17 +94,8 @@ const JUMP_M: f64 = 0.02;
 const JUMP_RAD: f64 = 0.03;
 /// If what it stands before is farther off than this, it goes there, in metres.
 const FARTHER_M: f64 = 0.15;
-/// Slowest speed towards where it is to stand, in m/s.
-const CREEP_M_S: f64 = 0.03;
-/// A passage nearer than this is gone through though it is not seen any more, in metres.
-const FORGOTTEN_M: f64 = 0.4;
-/// A plan holds from this before its beginning on, in metres.
-const HELD_M: f64 = 0.35;
-/// It has turned round when so little is left, in radians, and brakes so hard towards it, in rad/s2.
+/// It has turned round when so little is left, in radians.
 const ROUND_RAD: f64 = 0.03;
-const ROUND_BRAKING_RAD_S2: f64 = 0.5;
-/// A bend is entered by what is known this far before its beginning, in metres.
-const COMMITTED_M: f64 = 0.02;
 
 /// What the robot is doing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -158,19 +147,6 @@ pub struct Entered {
     pub heading_rad: [f64; 2],
     /// Width, in metres.
     pub width_m: [f64; 2],
-}
-
-/// The path at a place, as control laws take it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PathHere {
-    /// Against the path.
-    pub on_path: OnPath,
-    /// Way along the whole path since the start, in metres.
-    pub travelled_m: f64,
-    /// By which share to be slower than usual.
-    pub slowing: f64,
-    /// Whether it is to be driven backwards.
-    pub is_backwards: bool,
 }
 
 /// Follows a route from duct to duct.
@@ -410,193 +386,5 @@ impl Course {
             heading_rad: [heading_rad, doubt * bend.turn_rad().abs() + HEADING_DOUBT_RAD],
             width_m: [bend.exit_width_m(), WIDTH_DOUBT_M],
         }
-    }
-
-    /// Which way the duct's next fitting is to be taken.
-    fn plan(&mut self, place: &DuctPlace) {
-        let outlook = *self.ahead.outlook();
-        if self.passing.iter().any(Option::is_some) {
-            if self.passing.iter().flatten().all(|[_, to_m]| self.along_m > *to_m) {
-                self.passing = [None; 2];
-                self.ahead.passed();
-            }
-            return;
-        }
-        let turn = self.turn(outlook.fitting);
-        if self.pass_by(place) {
-            return;
-        }
-        // What stands in a bend that was planned, or a floor that ends before it: the way is not open.
-        if matches!(outlook.fitting, Fitting::Obstacle | Fitting::Drop) {
-            self.planned = None;
-        }
-        // Right before a bend its far side is out of view: what was planned holds.
-        let holds = self.planned.is_some_and(|passage| passage.start_m() - self.along_m < HELD_M);
-        // Not what was planned of an offset: how far it goes aside is seen last, and from there.
-        let is_offset = matches!((outlook.fitting, self.planned), (Fitting::Offset(_), Some(Passage::Taper(_))));
-        match (outlook.fitting, turn) {
-            _ if holds && !is_offset => {}
-            (Fitting::Elbow(side), _) => self.plan_bend(place, &outlook, side),
-            (Fitting::Branch(Side::Left) | Fitting::Cross | Fitting::BullheadTee, Some(Turn::Left)) => {
-                self.plan_bend(place, &outlook, Side::Left);
-            }
-            (Fitting::Branch(Side::Right) | Fitting::Cross | Fitting::BullheadTee, Some(Turn::Right)) => {
-                self.plan_bend(place, &outlook, Side::Right);
-            }
-            (Fitting::Transition | Fitting::Offset(_), _) => {
-                let taper = Taper::between(place.width_m, &self.ahead.changes(place.width_m));
-                // One that would have begun already is none.
-                let found = taper.filter(|taper| taper.start_m > self.along_m - COMMITTED_M).map(Passage::Taper);
-                if found.is_some() || !holds {
-                    self.planned = found;
-                }
-                self.taken = outlook.fitting;
-            }
-            (Fitting::Branch(_) | Fitting::Cross, None | Some(Turn::Straight)) => self.pass(&outlook),
-            _ => self.forget(outlook.fitting),
-        }
-        // A way that was named and is passed by now was not found.
-        let is_missed = |side: Side| outlook.openings[side.index()].is_some_and(|[from_m, _]| self.along_m > from_m + MISSED_M);
-        let missed = match turn {
-            Some(Turn::Left) => is_missed(Side::Left),
-            Some(Turn::Right) => is_missed(Side::Right),
-            _ => false,
-        };
-        if self.planned.is_none() && missed {
-            self.phase = Phase::AtTheEnd(End::NoSuchWay);
-        }
-        if let Some(bend) = self.planned {
-            if self.along_m > bend.start_m() - COMMITTED_M {
-                if self.itinerary.has_say(self.taken) {
-                    self.take_turn(self.taken);
-                }
-                self.phase = Phase::Entering(bend);
-            }
-        } else if let Some(at_m) = outlook.blocked_m.filter(|at_m| self.along_m >= at_m - self.room_m() - AT_REST_M) {
-            self.log.blocked(outlook.fitting, at_m);
-            self.phase = match (outlook.fitting, turn) {
-                (Fitting::DeadEnd | Fitting::Drop | Fitting::Obstacle, Some(Turn::TurnBack)) => self.turn_back(place),
-                (_, Some(Turn::Stop)) => Phase::AtTheEnd(End::Route),
-                (Fitting::DeadEnd, None) => Phase::AtTheEnd(End::DeadEnd),
-                (Fitting::Drop, _) => Phase::AtTheEnd(End::Drop),
-                (Fitting::Obstacle, _) => Phase::AtTheEnd(End::Obstacle),
-                (Fitting::Unknown, _) => Phase::AtTheEnd(End::Unknown),
-                _ => Phase::AtTheEnd(End::NoSuchWay),
-            };
-        }
-    }
-
-    fn take_turn(&mut self, fitting: Fitting) {
-        self.itinerary.took(fitting);
-        self.came_by = None;
-        self.junctions += 1;
-    }
-
-    /// Plans the path into the opening on a side, anew with every frame.
-    fn plan_bend(&mut self, place: &DuctPlace, outlook: &Outlook, side: Side) {
-        if outlook.at_m - self.along_m > PLANNED_M {
-            return;
-        }
-        if let Some(outer) = self.ahead.outer(side, place.width_m) {
-            let bend = match outer {
-                Outer::Wall(wall) => Passage::Bend(Bend::along(&wall, place.width_m)),
-                Outer::Arc(arc) => Passage::Bend(Bend::within(&arc, place.width_m)),
-            };
-            // One that would have begun already is none.
-            if bend.start_m() > self.along_m - COMMITTED_M {
-                self.taken = outlook.fitting;
-                self.planned = Some(bend);
-            }
-        }
-    }
-
-    /// A passage that is not close at hand was none, if it is taken for something else by now; a transition also if it is not seen any more.
-    fn forget(&mut self, seen: Fitting) {
-        let is_far = |passage: &Passage| passage.start_m() - self.along_m > FORGOTTEN_M;
-        let is_none = |passage: &Passage| seen != Fitting::Unknown || matches!(passage, Passage::Taper(_));
-        if self.planned.is_some_and(|passage| is_far(&passage) && is_none(&passage)) {
-            self.planned = None;
-        }
-    }
-
-    /// Goes straight on past branches.
-    fn pass(&mut self, outlook: &Outlook) {
-        if outlook.at_m - BLIND_M > self.along_m {
-            return;
-        }
-        self.passing = outlook.openings;
-        self.trail.push(Step::Past { fitting: outlook.fitting, at_m: outlook.at_m, openings: outlook.openings });
-        self.log.passed(outlook.fitting, outlook.at_m);
-        self.take_turn(outlook.fitting);
-    }
-
-    /// The path where the robot will be: `along_m` farther along its duct than now.
-    pub fn path(&self, along_m: f64, lateral_m: f64, heading_rad: f64) -> PathHere {
-        let pose = [self.along_m + along_m, lateral_m, heading_rad];
-        let (on_path, origin_m) = match self.phase {
-            Phase::Along | Phase::TurningRound | Phase::AtTheEnd(_) => {
-                (OnPath { way_m: pose[0], lateral_m, heading_rad, curvature_1_m: 0.0 }, 0.0)
-            }
-            Phase::Entering(bend) => (bend.project(pose), bend.start_m()),
-            Phase::Leaving(bend) => (bend.project(bend.entry_from_exit(pose)), -bend.length_m()),
-            Phase::Passing(detour) => (detour.project(pose), 0.0),
-            Phase::BackingOut | Phase::BackingInto(_) => self.path_back(pose),
-        };
-        let travelled_m = self.before_m + origin_m + on_path.way_m;
-        PathHere { on_path, travelled_m, slowing: self.slowing(), is_backwards: self.is_backwards() }
-    }
-
-    /// The motion that turns the robot round on the spot, or holds it where its route ends; `None` where it is to follow its path.
-    pub fn manoeuvre(&self, heading_rad: f64) -> Option<Twist> {
-        match self.phase {
-            // Anticlockwise, and more slowly toward the end.
-            Phase::TurningRound => {
-                let left_rad = (PI - heading_rad.abs()).max(0.0);
-                let yaw_rate_rad_s = self.params.turn_rate_rad_s.min((2.0 * ROUND_BRAKING_RAD_S2 * left_rad).sqrt().max(0.1));
-                Some(Twist { speed_m_s: 0.0, yaw_rate_rad_s })
-            }
-            Phase::AtTheEnd(_) => Some(Twist::default()),
-            _ => None,
-        }
-    }
-
-    /// Room to leave between the robot's origin and what it cannot pass, in metres.
-    fn room_m(&self) -> f64 {
-        match self.turn(self.ahead.outlook().fitting) {
-            Some(Turn::TurnBack) => self.params.turn_back_m,
-            _ => self.params.stand_off_m,
-        }
-    }
-
-    /// By which share to be slower than usual: as bends and ends ask for.
-    fn slowing(&self) -> f64 {
-        let CourseParams { speed_m_s, turn_rate_rad_s, braking_m_s2, stand_off_m, .. } = self.params;
-        let in_bend = |bend: &Passage| (turn_rate_rad_s * bend.radius_m()).min(speed_m_s);
-        // The speed from which it can brake to `then` over what is left.
-        let before = |left_m: f64, then: f64| (then * then + 2.0 * braking_m_s2 * left_m.max(0.0)).sqrt();
-        let mut most = speed_m_s;
-        match (&self.phase, &self.planned) {
-            (Phase::Entering(bend) | Phase::Leaving(bend), _) => most = most.min(in_bend(bend)),
-            (Phase::Along, Some(bend)) => most = most.min(before(bend.start_m() - self.along_m - 0.05, in_bend(bend))),
-            (Phase::TurningRound | Phase::AtTheEnd(_), _) => most = 0.0,
-            (Phase::Passing(detour), _) => {
-                most *= detour::SPEED_SHARE;
-                if let Some(at_m) = detour.next_m {
-                    most = most.min(before(at_m - stand_off_m - self.along_m, CREEP_M_S));
-                }
-            }
-            (Phase::BackingOut | Phase::BackingInto(_), _) => {
-                most = self.speed_back_m_s();
-                if let Some((to_m, true)) = self.back_to_m() {
-                    most = most.min(before(self.along_m - to_m, CREEP_M_S));
-                }
-            }
-            (Phase::Along, None) => {
-                if let Some(at_m) = self.ahead.outlook().blocked_m {
-                    most = most.min(before(at_m - self.room_m() - self.along_m, CREEP_M_S));
-                }
-            }
-        }
-        (1.0 - most / speed_m_s).clamp(0.0, 1.0)
     }
 }
