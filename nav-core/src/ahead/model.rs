@@ -72,8 +72,9 @@ const FARTHER_1_RAD: f64 = 0.008;
 const DEEP_M: f64 = 0.1;
 /// A transition moves at least one wall by so much, in metres; less is a bead or a dent.
 const LEAST_MOVE_M: f64 = 0.02;
-/// An offset goes aside by no less than this share of its length: seen with a heading that is a degree off, a straight duct goes aside.
-const LEAST_SLOPE: f64 = 0.05;
+/// An offset goes aside by no less than this share of its length (5 degrees): seen with a heading that is a degree off, a straight duct seems
+/// to go aside.
+const LEAST_SLOPE: f64 = 0.08;
 
 const fn bounds(least: f64, most: f64, step: f64) -> Bounds {
     Bounds { least, most, step }

@@ -44,3 +44,21 @@ fn a_straight_is_straight() {
     let straight = seen.iter().skip(40).filter(|(_, fitting)| *fitting == Fitting::Straight).count();
     assert_eq!(straight, seen.len() - 40);
 }
+
+/// Who is a degree off in heading at first, as behind a bend, sees the walls farther on aside of where they are found later: no offset.
+#[test]
+fn a_duct_that_was_seen_askew_is_no_offset() {
+    for off_rad in [-0.025, -0.0175, 0.0175, 0.025] {
+        for (expected, walls) in plans().into_iter().filter(|(fitting, _)| *fitting == Fitting::BullheadTee) {
+            let mut ahead = Ahead::new([CAMERA_M, 0.0]);
+            for step in 0..140 {
+                let along_m = AT_M - 1.5 + 0.01 * f64::from(step);
+                let left = (f64::from(step - 50) / 20.0).clamp(0.0, 1.0);
+                let heading_rad = off_rad * (1.0 - left);
+                let place = DuctPlace { along_m, lateral_m: 0.0, heading_rad, width_m: WIDTH_M };
+                let seen = ahead.look(&place, &scan(&walls, [along_m, 0.0, 0.0], 0.2)).fitting;
+                assert!(!matches!(seen, Fitting::Offset(_)), "{expected:?}, {off_rad} off: {seen:?} at {along_m}");
+            }
+        }
+    }
+}
