@@ -108,7 +108,7 @@ pub fn back(twist: Twist) -> Twist {
 impl Course {
     /// Turns back: on the spot where there is room, backwards where there is not.
     pub(super) fn turn_back(&mut self, place: &DuctPlace) -> Phase {
-        self.itinerary.took(Fitting::DeadEnd);
+        self.itinerary.took(Fitting::DeadEnd, self.junction);
         self.round_or_back(place)
     }
 
@@ -195,7 +195,7 @@ impl Course {
 
     /// It stands before a junction as it did when it first came to it, and took it by this quarter: what its route says next is taken from here.
     fn stands_before(&mut self, fitting: Fitting, quarter: i32, place: &DuctPlace) {
-        if self.itinerary.turn(fitting).map(|turn| as_before(turn, quarter)) == Some(Turn::TurnBack) {
+        if self.itinerary.turn(fitting, self.junction).map(|turn| as_before(turn, quarter)) == Some(Turn::TurnBack) {
             // Back the way that it first came: the junction is behind it already.
             self.take_turn(fitting);
             self.phase = self.round_or_back(place);
@@ -209,7 +209,7 @@ impl Course {
 
     /// What its route says of a fitting, as it is named from where the robot stands.
     pub(super) fn turn(&self, fitting: Fitting) -> Option<Turn> {
-        let turn = self.itinerary.turn(fitting)?;
+        let turn = self.itinerary.turn(fitting, self.junction)?;
         Some(self.came_by.map_or(turn, |quarter| as_before(turn, quarter)))
     }
 

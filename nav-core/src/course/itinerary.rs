@@ -1,10 +1,7 @@
 //! Which way to take next: as a route names it, or so that every branch is seen.
-//!
-//! Exploring goes depth first, left before straight before right. What was taken at each junction on the way back to the start is
-//! remembered; a junction is known again by the order in which junctions come, so networks with loops are not explored rightly: a loop's
-//! second end would be taken for a junction that is new.
 
 use super::route::Turn;
+use super::topology::Topology;
 use crate::ahead::{Fitting, Side};
 
 /// Where to go.
@@ -16,74 +13,42 @@ pub enum Mission {
     Explore,
 }
 
-/// A direction at a junction, in quarter turns to the left of the way in which it was first entered.
-type Quarter = i32;
-const BACK: Quarter = 2;
-
-/// A junction on the way back to the start.
-#[derive(Clone, Debug, PartialEq)]
-struct Node {
-    /// Exits that were not taken yet, in the order in which they will be.
-    left: Vec<Quarter>,
-    /// The exit that was taken last.
-    taken: Quarter,
-}
-
 /// How far it is.
 #[derive(Clone, Debug)]
 pub(super) struct Itinerary {
     mission: Mission,
     next: usize,
-    nodes: Vec<Node>,
-    /// Whether the robot comes back to the last of the nodes.
-    returns: bool,
+    topology: Topology,
 }
 
 impl Itinerary {
     pub(super) fn new(mission: Mission) -> Self {
-        Self { mission, next: 0, nodes: Vec::new(), returns: false }
+        Self { mission, next: 0, topology: Topology::default() }
     }
 
     /// Whether this fitting is one at which there is a choice.
-    pub(super) fn has_say(&self, fitting: Fitting) -> bool {
-        fitting == Fitting::DeadEnd || !exits(fitting).is_empty()
+    pub(super) fn has_say(fitting: Fitting) -> bool {
+        fitting == Fitting::DeadEnd || is_junction(fitting)
     }
 
-    /// The turn at this fitting; `None` where nothing is said of it.
-    pub(super) fn turn(&self, fitting: Fitting) -> Option<Turn> {
+    /// The turn at this fitting, which is in this place (along, left, heading in the frame of the first duct); `None` where nothing is said
+    /// of it.
+    pub(super) fn turn(&self, fitting: Fitting, here: [f64; 3]) -> Option<Turn> {
         match &self.mission {
             Mission::Route(turns) => turns.get(self.next).copied(),
-            Mission::Explore if ends(fitting) => {
-                let is_left = self.nodes.iter().any(|node| !node.left.is_empty());
-                Some(if is_left { Turn::TurnBack } else { Turn::Stop })
-            }
-            Mission::Explore => match self.nodes.last().filter(|_| self.returns) {
-                Some(node) => Some(turn_of(node.left.first().copied().unwrap_or(BACK) - node.taken - BACK)),
-                None => exits(fitting).first().map(|quarter| turn_of(*quarter)),
-            },
+            Mission::Explore if ends(fitting) => Some(self.topology.turn_at_end()),
+            Mission::Explore if is_junction(fitting) || self.topology.returns() => self.topology.turn_at(here, exits(fitting)),
+            Mission::Explore => None,
         }
     }
 
     /// It was taken.
-    pub(super) fn took(&mut self, fitting: Fitting) {
+    pub(super) fn took(&mut self, fitting: Fitting, here: [f64; 3]) {
         self.next += 1;
-        if self.mission != Mission::Explore {
-            return;
-        }
-        if ends(fitting) {
-            self.returns = true;
-        } else if !self.returns {
-            let mut left = exits(fitting);
-            if !left.is_empty() {
-                let taken = left.remove(0);
-                self.nodes.push(Node { left, taken });
-            }
-        } else if let Some(node) = self.nodes.last_mut() {
-            if node.left.is_empty() {
-                self.nodes.pop();
-            } else {
-                node.taken = node.left.remove(0);
-                self.returns = false;
+        if self.mission == Mission::Explore {
+            match ends(fitting) {
+                true => self.topology.turned_back(),
+                false => self.topology.took(here, exits(fitting)),
             }
         }
     }
@@ -94,23 +59,19 @@ fn ends(fitting: Fitting) -> bool {
     matches!(fitting, Fitting::DeadEnd | Fitting::Drop | Fitting::Obstacle)
 }
 
-/// The exits that a junction shows, left before straight before right.
-fn exits(fitting: Fitting) -> Vec<Quarter> {
-    match fitting {
-        Fitting::Branch(Side::Left) => vec![1, 0],
-        Fitting::Branch(Side::Right) => vec![0, -1],
-        Fitting::BullheadTee => vec![1, -1],
-        Fitting::Cross => vec![1, 0, -1],
-        _ => vec![],
-    }
+/// Whether there is more than one way on.
+pub(super) fn is_junction(fitting: Fitting) -> bool {
+    !exits(fitting).is_empty()
 }
 
-fn turn_of(quarter: Quarter) -> Turn {
-    match quarter.rem_euclid(4) {
-        0 => Turn::Straight,
-        1 => Turn::Left,
-        2 => Turn::TurnBack,
-        _ => Turn::Right,
+/// The exits that a junction shows: straight on, and quarter turns to the left of that.
+fn exits(fitting: Fitting) -> &'static [i32] {
+    match fitting {
+        Fitting::Branch(Side::Left) => &[1, 0],
+        Fitting::Branch(Side::Right) => &[0, -1],
+        Fitting::BullheadTee => &[1, -1],
+        Fitting::Cross => &[1, 0, -1],
+        _ => &[],
     }
 }
 
@@ -123,32 +84,35 @@ mod tests {
     fn every_branch_is_seen_once() {
         let mut itinerary = Itinerary::new(Mission::Explore);
         let tee = Fitting::Branch(Side::Left);
-        for (fitting, turn) in [
-            (tee, Turn::Left),
+        const FIRST: [f64; 3] = [2.0, 0.0, 0.0];
+        const SECOND: [f64; 3] = [2.0, 3.0, std::f64::consts::FRAC_PI_2];
+        const END: [f64; 3] = [9.0, 9.0, 0.0];
+        for (fitting, here, turn) in [
+            (tee, FIRST, Turn::Left),
             // The branch's own junction.
-            (Fitting::BullheadTee, Turn::Left),
-            (Fitting::DeadEnd, Turn::TurnBack),
+            (Fitting::BullheadTee, SECOND, Turn::Left),
+            (Fitting::DeadEnd, END, Turn::TurnBack),
             // From its left arm: straight on into the right one, past the stem on the right. There the floor ends.
-            (Fitting::Branch(Side::Right), Turn::Straight),
-            (Fitting::Drop, Turn::TurnBack),
+            (Fitting::Branch(Side::Right), SECOND, Turn::Straight),
+            (Fitting::Drop, END, Turn::TurnBack),
             // From its right arm: the stem is on the left.
-            (Fitting::Branch(Side::Left), Turn::Left),
+            (Fitting::Branch(Side::Left), SECOND, Turn::Left),
             // Back at the first tee, from its branch: its straight exit is on the left.
-            (Fitting::BullheadTee, Turn::Left),
-            (Fitting::DeadEnd, Turn::Stop),
+            (Fitting::BullheadTee, FIRST, Turn::Left),
+            (Fitting::DeadEnd, END, Turn::Stop),
         ] {
-            assert_eq!(itinerary.turn(fitting), Some(turn), "{fitting:?}: {itinerary:?}");
-            itinerary.took(fitting);
+            assert_eq!(itinerary.turn(fitting, here), Some(turn), "{fitting:?}: {itinerary:?}");
+            itinerary.took(fitting, here);
         }
     }
 
     #[test]
     fn a_route_is_taken_in_order_and_then_says_nothing() {
         let mut itinerary = Itinerary::new(Mission::Route(vec![Turn::Right, Turn::Stop]));
-        assert_eq!(itinerary.turn(Fitting::Cross), Some(Turn::Right));
-        itinerary.took(Fitting::Cross);
-        assert_eq!(itinerary.turn(Fitting::DeadEnd), Some(Turn::Stop));
-        itinerary.took(Fitting::DeadEnd);
-        assert_eq!(itinerary.turn(Fitting::DeadEnd), None);
+        assert_eq!(itinerary.turn(Fitting::Cross, [0.0; 3]), Some(Turn::Right));
+        itinerary.took(Fitting::Cross, [0.0; 3]);
+        assert_eq!(itinerary.turn(Fitting::DeadEnd, [0.0; 3]), Some(Turn::Stop));
+        itinerary.took(Fitting::DeadEnd, [0.0; 3]);
+        assert_eq!(itinerary.turn(Fitting::DeadEnd, [0.0; 3]), None);
     }
 }

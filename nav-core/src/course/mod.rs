@@ -21,6 +21,7 @@ pub mod passage;
 mod planning;
 pub mod route;
 pub mod taper;
+mod topology;
 
 use std::f64::consts::PI;
 
@@ -171,6 +172,8 @@ pub struct Course {
     before_m: f64,
     /// The fitting that the robot is about to go through, goes through, or went through last.
     taken: Fitting,
+    /// Where the junction ahead is, in the frame of the first duct: its middle, and the way to it.
+    junction: [f64; 3],
     /// Junctions taken.
     junctions: u32,
 }
@@ -190,6 +193,7 @@ impl Course {
             along_m: 0.0,
             before_m: 0.0,
             taken: Fitting::Unknown,
+            junction: [0.0; 3],
             junctions: 0,
             params,
         }
@@ -328,7 +332,7 @@ impl Course {
 
     /// If what it stands before is farther off than was thought when it came to rest, it drives up to it.
     fn go_on(&mut self) {
-        let is_farther = self.ahead.outlook().blocked_m.is_some_and(|at_m| at_m - self.room_m() - self.along_m > FARTHER_M);
+        let is_farther = self.stands_m().is_some_and(|at_m| at_m - self.room_m() - self.along_m > FARTHER_M);
         if is_farther && self.log.unblocked() {
             self.phase = Phase::Along;
         }
@@ -372,7 +376,7 @@ impl Course {
         let doubt = if matches!(bend, Passage::Bend(bend) if bend.is_arc()) { ARC_DOUBT } else { TURN_DOUBT };
         self.before_m += bend.start_m() + bend.length_m();
         if let Some(duct) = self.log.ducts().last() {
-            let is_junction = self.itinerary.has_say(self.taken);
+            let is_junction = Itinerary::has_say(self.taken);
             let (first_from_duct, width_m) = (duct.first_from_duct, duct.width_m);
             self.trail.push(Step::Through(Entry { passage: bend, fitting: self.taken, is_junction, first_from_duct, width_m }));
         }

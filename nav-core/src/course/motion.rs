@@ -89,7 +89,7 @@ impl Course {
                 }
             }
             (Phase::Along, None) => {
-                if let Some(at_m) = self.ahead.outlook().blocked_m {
+                if let Some(at_m) = self.stands_m() {
                     most = most.min(before(at_m - self.room_m() - self.along_m, CREEP_M_S));
                 }
             }

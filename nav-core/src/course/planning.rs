@@ -2,6 +2,7 @@
 
 use super::backing::Step;
 use super::bend::Bend;
+use super::itinerary::{Itinerary, is_junction};
 use super::passage::Passage;
 use super::route::Turn;
 use super::taper::Taper;
@@ -27,6 +28,11 @@ impl Course {
                 self.ahead.passed();
             }
             return;
+        }
+        if is_junction(outlook.fitting) {
+            let middle_m =
+                outlook.openings.iter().flatten().map(|[from_m, to_m]| (from_m + to_m) / 2.0).next().unwrap_or(outlook.at_m);
+            self.junction = self.log.first_from([middle_m, 0.0, 0.0]);
         }
         let turn = self.turn(outlook.fitting);
         if self.pass_by(place) {
@@ -73,12 +79,12 @@ impl Course {
         }
         if let Some(bend) = self.planned {
             if self.along_m > bend.start_m() - COMMITTED_M {
-                if self.itinerary.has_say(self.taken) {
+                if Itinerary::has_say(self.taken) {
                     self.take_turn(self.taken);
                 }
                 self.phase = Phase::Entering(bend);
             }
-        } else if let Some(at_m) = outlook.blocked_m.filter(|at_m| self.along_m >= at_m - self.room_m() - AT_REST_M) {
+        } else if let Some(at_m) = self.stands_m().filter(|at_m| self.along_m >= at_m - self.room_m() - AT_REST_M) {
             self.log.blocked(outlook.fitting, at_m);
             self.phase = match (outlook.fitting, turn) {
                 (Fitting::DeadEnd | Fitting::Drop | Fitting::Obstacle, Some(Turn::TurnBack)) => self.turn_back(place),
@@ -92,8 +98,15 @@ impl Course {
         }
     }
 
+    /// Before what it is to stand, in metres along the duct: what bars the way, or a junction at which its route ends.
+    pub(super) fn stands_m(&self) -> Option<f64> {
+        let Outlook { fitting, at_m, blocked_m, .. } = *self.ahead.outlook();
+        let is_goal = is_junction(fitting) && self.turn(fitting) == Some(Turn::Stop);
+        if is_goal { Some(at_m) } else { blocked_m }
+    }
+
     pub(super) fn take_turn(&mut self, fitting: Fitting) {
-        self.itinerary.took(fitting);
+        self.itinerary.took(fitting, self.junction);
         self.came_by = None;
         self.junctions += 1;
     }

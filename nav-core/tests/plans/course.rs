@@ -179,12 +179,16 @@ fn it_stands_where_its_route_ends() {
         (Fitting::Obstacle, vec![], End::Obstacle),
         (Fitting::BullheadTee, vec![], End::NoSuchWay),
         (Fitting::BullheadTee, vec![Turn::Straight], End::NoSuchWay),
+        // Before a junction, not in it.
+        (Fitting::BullheadTee, vec![Turn::Stop], End::Route),
+        (Fitting::Branch(Side::Left), vec![Turn::Stop], End::Route),
+        (Fitting::Cross, vec![Turn::Stop], End::Route),
     ] {
         let walls = plan(fitting);
         let mut robot = Robot::new(&route);
         assert!(robot.until(&walls, |robot| robot.course.end().is_some()), "{fitting:?} {route:?}: {:?}", robot.pose);
         assert_eq!(robot.course.end(), Some(end), "{fitting:?} {route:?}");
-        let front_m = if fitting == Fitting::BullheadTee { AT_M + WIDTH_M } else { AT_M };
+        let front_m = if end == End::NoSuchWay && fitting == Fitting::BullheadTee { AT_M + WIDTH_M } else { AT_M };
         assert!((0.2..0.3).contains(&(front_m - robot.pose[0])), "{fitting:?} {route:?}: {:?}", robot.pose);
     }
 }
