@@ -182,6 +182,7 @@ impl Cross<'_> {
 
     /// The network, if it can be made.
     fn network(&mut self) -> Option<Network> {
+        self.one_way();
         if !self.checked.is_sound(&["duct.width_m", "duct.height_m", "duct.run", "duct.branch", "route"]) {
             return None;
         }

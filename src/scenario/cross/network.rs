@@ -145,6 +145,15 @@ impl Cross<'_> {
         self.checked.wrong(path, Finding::new(span, format!("`{name}`: {error}")).help(help));
     }
 
+    /// A way explores, or it takes turns.
+    pub(super) fn one_way(&mut self) {
+        let explores = self.checked.is_sound(&["route.explore"]) && self.scenario.duct.route.explore;
+        if explores && let Some(turns) = self.field_at("route.turns") {
+            let message = "`route.explore` beside `route.turns`: a way that explores takes none of them".to_owned();
+            self.at("route.explore", message, "take one of the two out", vec![turns]);
+        }
+    }
+
     fn no_way(&mut self, error: &RouteError) {
         let list = |turns: &[Turn]| turns.iter().map(|turn| format!("\"{turn}\"")).collect::<Vec<_>>().join(", ");
         // Names are each fitting's own where there is a route to judge.
