@@ -75,23 +75,30 @@ impl Cross<'_> {
         }
     }
 
-    /// Where the path leads, every fitting is wider than the robot.
+    /// Where the path leads, every fitting is wider and higher than the robot.
     fn passable(&mut self, network: &Network, from_m: f64, to_m: f64) {
         if !self.checked.is_sound(&["robot", "duct"]) {
             return;
         }
-        let robot_m = 2.0 * plan(&self.scenario.robot).map(|(_, _, half_m)| half_m).into_iter().fold(0.0, f64::max);
+        let robot_m = self.scenario.robot.smallest_duct_m();
+        let needs_m = [robot_m[0] + 2.0 * FREE_M, robot_m[1] + FREE_M];
         let on_the_way = |segment: &&Segment| segment.start_m < to_m && segment.start_m + segment.length_m > from_m;
-        let too_narrow = |segment: &&Segment| segment.width_m.min(segment.end_width_m) < robot_m;
-        let Some(segment) = network.centreline.segments.iter().filter(on_the_way).find(too_narrow) else { return };
-        let (name, path) = self.fitting_at(segment.fitting).unwrap_or_default();
+        let too_small = |segment: &Segment| {
+            let has_m = [segment.width_m.min(segment.end_width_m), network.fittings[segment.fitting].clear_height_m()];
+            let axis = (0..2).find(|axis| has_m[*axis] < needs_m[*axis])?;
+            Some((segment.fitting, axis, has_m[axis]))
+        };
+        let found = network.centreline.segments.iter().filter(on_the_way).find_map(too_small);
+        let Some((fitting, axis, has_m)) = found else { return };
+        let (name, path) = self.fitting_at(fitting).unwrap_or_default();
+        let word = ["wide", "high"][axis];
         self.wrong(
             &[&path],
+            format!("on the way `{name}` is {has_m:.3} m {word}, and the robot {:.3} m", robot_m[axis]),
             format!(
-                "on the way `{name}` is {:.3} m wide, and the robot {robot_m:.3} m",
-                segment.width_m.min(segment.end_width_m)
+                "{:.3} m or more, a millimetre of it free on each side; or a route that does not lead there",
+                up_mm(needs_m[axis])
             ),
-            "a wider one, or a route that does not lead there".to_owned(),
         );
     }
 
