@@ -42,16 +42,14 @@ pub enum DuctError {
 
 /// A branch names a port that is not there.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{}` cannot be joined to \"{port}\": {reason}", .end.0)]
+#[error("`{}` cannot be joined to \"{port}\": {reason}", .ends.first().map_or("", |(name, _)| name))]
 pub struct PortError {
     /// Where it is named.
     pub(super) path: String,
     /// What is named.
     pub(super) port: String,
-    /// Name and path of the branch's fitting that would be joined.
-    pub(super) end: (String, String),
-    /// The same of the fitting that is named, if there is one.
-    pub(super) other: Option<(String, String)>,
+    /// Names and paths of the branch's fitting that would be joined, and of the one that is named, if there is one.
+    pub(super) ends: Box<[(String, String)]>,
     /// Why it is nothing.
     pub(super) reason: String,
     /// What there is.
@@ -230,8 +228,7 @@ impl Layout {
         let error = |reason: String, help: String| PortError {
             path: path.clone(),
             port: text.to_owned(),
-            end: named(end),
-            other: None,
+            ends: Box::new([named(end)]),
             reason,
             help,
         };
@@ -253,7 +250,7 @@ impl Layout {
         match PortName::named(port).filter(|port| fitting.port(*port).is_some()) {
             Some(port) => Ok((piece, port)),
             None => Err(PortError {
-                other: Some(named(piece)),
+                ends: Box::new([named(end), named(piece)]),
                 ..error(
                     format!("`{name}`, a {}, has no port `{port}`", fitting.shape.name()),
                     format!("it has {}", quoted(&ports)),

@@ -16,8 +16,7 @@ impl Cross<'_> {
     pub(super) fn no_network(&mut self, error: DuctError) {
         match error {
             DuctError::Port(error) => {
-                let ends = [Some(&error.end), error.other.as_ref()].into_iter().flatten();
-                let ends: Vec<Related> = ends.map(|(name, path)| self.named_at(name, path)).collect();
+                let ends = error.ends.iter().map(|(name, path)| self.named_at(name, path)).collect();
                 self.at(&error.path, error.to_string(), &error.help, ends);
             }
             DuctError::Network(error) => self.not_joined(error),
