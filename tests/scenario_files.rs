@@ -56,6 +56,14 @@ fn bad_files_give_the_expected_errors() {
             assert_eq!(json["column"], place.column);
             assert_eq!(json["file"], path.display().to_string());
             assert!(json["message"].is_string() && json.get("help").is_some());
+            let related = json["related"].as_array().expect("an array");
+            assert_eq!(related.len(), error.related.len());
+            for (other, json) in error.related.iter().zip(related) {
+                assert_eq!(json["line"], other.place.line);
+                assert_eq!(json["column"], other.place.column);
+                assert_eq!((&json["file"], &json["message"]), (&other.file.clone().into(), &other.message.clone().into()));
+                assert!(said.contains(&other.message), "{said}");
+            }
         }
     }
     assert!(different.is_empty(), "{}", different.join("\n\n"));

@@ -171,7 +171,7 @@ impl Centres {
     fn why_not(&self, error: &BoardsError) -> Diagnostics {
         let at = |centre: usize, message: String| match self.places[centre] {
             Some((table, row)) => self.tables[table].error(row, message, None),
-            None => Diagnostic { file: "stripe centres".into(), place: None, message, help: None },
+            None => Diagnostic::new("stripe centres", None, message, None),
         };
         Diagnostics(vec![match error {
             BoardsError::NotFinite(centre) => at(*centre, "the pixel is too far off to be one, or its deviation".into()),
@@ -187,7 +187,7 @@ impl Centres {
                 let file = if tables.is_empty() { "stripe centres".into() } else { tables };
                 let outside =
                     (self.outside > 0).then(|| format!("{} centres lie beside their boards and were left out", self.outside));
-                Diagnostic { file, place: None, message: error.to_string(), help: outside }
+                Diagnostic::new(file, None, error.to_string(), outside)
             }
         }])
     }

@@ -68,7 +68,7 @@ pub fn read(path: &Path) -> Result<Camera, Diagnostics> {
 pub fn parse(file: &str, text: &str) -> Result<Camera, Diagnostics> {
     let read: File = toml::from_str(text).map_err(|error| {
         let place = error.span().map(|span| places::at(text, span.start));
-        Diagnostics(vec![Diagnostic { file: file.to_owned(), place, message: error.message().to_owned(), help: None }])
+        Diagnostics(vec![Diagnostic::new(file, place, error.message(), None)])
     })?;
     let Some(typed) = read.sensor.and_then(|sensor| sensor.camera).or(read.camera) else {
         return Err(whole(file, "holds no camera: neither `[sensor.camera]` nor `[camera]`".into()));
@@ -112,7 +112,7 @@ pub(super) fn camera_table(camera: &Camera) -> String {
 }
 
 fn whole(file: &str, message: String) -> Diagnostics {
-    Diagnostics(vec![Diagnostic { file: file.to_owned(), place: None, message, help: None }])
+    Diagnostics(vec![Diagnostic::new(file, None, message, None)])
 }
 
 #[cfg(test)]

@@ -207,7 +207,7 @@ fn why_not(tables: &[(String, Points)], error: &ModelError) -> Diagnostics {
                 _ => None,
             };
             let (file, message) = (files.join(", "), error.to_string());
-            Diagnostics(vec![Diagnostic { file, place: None, message, help: help.map(str::to_owned) }])
+            Diagnostics(vec![Diagnostic::new(file, None, message, help.map(str::to_owned))])
         }
     }
 }

@@ -22,8 +22,7 @@ pub fn centres_of_image(
     channel: Channel,
 ) -> Result<Vec<BoardCentre>, Diagnostics> {
     let file = path.display().to_string();
-    let wrong =
-        |message: String, help: Option<String>| Diagnostics(vec![Diagnostic { file: file.clone(), place: None, message, help }]);
+    let wrong = |message: String, help: Option<String>| Diagnostics(vec![Diagnostic::new(file.clone(), None, message, help)]);
     let Some(board) = boards.files.iter().position(|known| *known == base_name(&file)) else {
         return Err(wrong("no board is known of this picture".into(), Some(format!("boards of: {}", boards.files.join(", ")))));
     };

@@ -215,12 +215,12 @@ impl Line {
     fn error(&self, file: &str, mark: Range<usize>, message: String, help: Option<String>) -> Diagnostic {
         let column = self.text[..mark.start].chars().count() + 1;
         let place = Place { line: self.number, column, text: self.text.clone(), mark };
-        Diagnostic { file: file.to_owned(), place: Some(place), message, help }
+        Diagnostic::new(file, Some(place), message, help)
     }
 }
 
 fn of_file(file: &str, message: String, help: Option<String>) -> Diagnostic {
-    Diagnostic { file: file.to_owned(), place: None, message, help }
+    Diagnostic::new(file, None, message, help)
 }
 
 /// The first errors, and how many there are.

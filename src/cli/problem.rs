@@ -71,14 +71,16 @@ impl Problem {
         self
     }
 
-    /// `{"file", "line", "column", "message", "help"}` of each error.
+    /// `{"file", "line", "column", "message", "help", "related"}` of each error.
     pub(crate) fn to_json(&self) -> Vec<Value> {
         self.errors
             .iter()
             .flat_map(|error| match error {
                 Complaint::Files(diagnostics) => diagnostics.0.iter().map(|d| d.to_json()).collect(),
                 Complaint::Other { about, message, help } => {
-                    vec![json!({"file": about, "line": null, "column": null, "message": message, "help": help})]
+                    vec![json!({
+                        "file": about, "line": null, "column": null, "message": message, "help": help, "related": [],
+                    })]
                 }
             })
             .collect()

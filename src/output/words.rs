@@ -84,6 +84,8 @@ impl MetricWords {
             Measured::Flag(true) => "yes".to_owned(),
             Measured::Flag(false) => "no".to_owned(),
             Measured::Word(word) => word.to_owned(),
+            // A run that finished, or that something else ended, has no such reason: nothing that could have been measured.
+            Measured::Nothing if self.metric == "stop_reason" => "nothing stopped it".to_owned(),
             Measured::Nothing => "not measured".to_owned(),
         }
     }
@@ -274,6 +276,9 @@ mod tests {
         );
         assert_eq!(held("collisions", Bound::AtMost(0.0), &metrics), row("at most 0", "2", "-2", false));
         assert_eq!(held("completed", Bound::Is(true), &metrics), row("yes", "yes", "", true));
+        // It finished: there is nothing that could have been measured.
+        let word = Bound::Word("drop".to_owned());
+        assert_eq!(held("stop_reason", word, &metrics), row("drop", "nothing stopped it", "", false));
         metrics.lateral_rms_m = None;
         let unmeasured = held("lateral_rms_m", Bound::AtMost(0.005), &metrics);
         assert_eq!(unmeasured, row(&nbsp("at most 5_mm"), "not measured", "", false));

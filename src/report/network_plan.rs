@@ -1,4 +1,4 @@
-//! The plan of a network: fittings with names and dimensions, ends, what stands in it, and the route.
+//! The plan of a network: fittings with names, ports and dimensions, ends, what stands in it, and the route.
 
 use std::fmt::Write;
 
@@ -18,12 +18,20 @@ const ROOM: Room = Room { width: [460.0, 1200.0], height_max: 1500.0, margin: 11
 const LETTER: f64 = 12.0;
 const LETTER_WIDE: f64 = 6.4;
 const LINE: f64 = 14.0;
+/// Size of a port's letters, about how wide one is, and how far from its port the name's middle is.
+const PORT_LETTER: f64 = 9.0;
+const PORT_LETTER_WIDE: f64 = 4.8;
+const PORT_IN: f64 = 4.0;
+/// Ducts are drawn at least so wide, in pixels, unless the drawing would be so many times as large as its room.
+const DUCT_MIN: f64 = 44.0;
+const GROWN_MAX: f64 = 8.0;
 /// Arrows on the route are about this far apart, in pixels.
 const ARROWS: f64 = 70.0;
 
 const STYLE: &str = "\
 text{font:12px system-ui,'DejaVu Sans',sans-serif;fill:#222}\
-.name{font-weight:600}.size{fill:#555}.end{font-size:10px;fill:#777}.head{font-size:16px;font-weight:600}\
+.name{font-weight:600}.size{fill:#555}.end{font-size:10px;fill:#777}\
+.port{font-size:9px;fill:#7a3e9d;stroke:#e9edf0;stroke-width:2.5;paint-order:stroke}.head{font-size:16px;font-weight:600}\
 .floor{fill:#e9edf0}.sloped{fill:#d9e6d3}.shaft{fill:#3b4045;stroke:#222;stroke-dasharray:4 2}\
 .wall{fill:none;stroke:#333;stroke-width:2;stroke-linecap:round}.joint{stroke:#9aa4ab;stroke-dasharray:3 3}\
 .open{stroke:#2a9d4b;stroke-width:3;stroke-dasharray:6 3}.cap{stroke:#333;stroke-width:4}\
@@ -34,11 +42,25 @@ text{font:12px system-ui,'DejaVu Sans',sans-serif;fill:#222}\
 
 /// The drawing, as a whole SVG file.
 pub fn svg(scenario: &Scenario, network: &Network) -> String {
-    let scale = Scale::of(network, &ROOM);
+    let scale = scale(network);
     let mut out = String::new();
     // Writing to a string cannot fail.
     let _ = draw(&mut out, &scale, scenario, network);
     out
+}
+
+/// As large as there is room for, and larger where a duct would be too narrow for the names of its ports.
+fn scale(network: &Network) -> Scale {
+    let scale = Scale::of(network, &ROOM);
+    let ports = network.fittings.iter().flat_map(Fitting::ports);
+    let narrowest_m = ports.map(|port| port.width_m).fold(f64::INFINITY, f64::min);
+    let grown = (DUCT_MIN / (narrowest_m * scale.per_m)).min(GROWN_MAX);
+    if grown <= 1.0 {
+        return scale;
+    }
+    let grow = |size: f64| (size - 2.0 * ROOM.margin) * grown + 2.0 * ROOM.margin;
+    let width = [ROOM.width[0], grow(ROOM.width[1])];
+    Scale::of(network, &Room { width, height_max: grow(ROOM.height_max), ..ROOM })
 }
 
 fn draw(out: &mut String, scale: &Scale, scenario: &Scenario, network: &Network) -> std::fmt::Result {
@@ -61,6 +83,7 @@ fn draw(out: &mut String, scale: &Scale, scenario: &Scenario, network: &Network)
     draw_solids(out, scale, scenario, network)?;
     draw_ends(out, scale, network)?;
     draw_route(out, scale, scenario, network)?;
+    draw_ports(out, scale, network)?;
     draw_labels(out, scale, scenario, network)?;
     draw_scale_bar(out, scale)?;
     writeln!(out, "</svg>")
@@ -184,6 +207,43 @@ fn arrow(out: &mut String, [u, v]: [f64; 2], forward: Vector2<f64>) -> std::fmt:
         format!("{:.1} {:.1}", p.x, p.y)
     };
     writeln!(out, r#"<path class="arrow" d="M{}L{}L{}Z"/>"#, at(6.0, 0.0), at(-4.0, 4.0), at(-4.0, -4.0))
+}
+
+/// Names of ports, each just inside its fitting, left of the middle as one comes out, away from the route; where another one is
+/// there, on the other side, in the middle, or farther in.
+fn draw_ports(out: &mut String, scale: &Scale, network: &Network) -> std::fmt::Result {
+    let mut ports: Vec<_> =
+        network.fittings.iter().enumerate().flat_map(|(i, f)| f.ports().into_iter().map(move |p| (i, f, p))).collect();
+    // The shortest first: long ones have room to give way.
+    ports.sort_by(|a, b| a.1.length_m().total_cmp(&b.1.length_m()));
+    let mut taken: Vec<Area> = Vec::new();
+    for (index, fitting, port) in ports {
+        let Some(pose) = network.world_from_port((index, port.name)) else { continue };
+        let word = port.name.as_str();
+        let ahead = pose.rotation * nalgebra::Vector3::x();
+        let (wide, high) = (word.len() as f64 * PORT_LETTER_WIDE, PORT_LETTER);
+        // What the word takes along the duct.
+        let along = ahead.x.abs() * wide + ahead.y.abs() * high;
+        let steps = if fitting.length_m() * scale.per_m > 4.0 * (along + PORT_IN) { 3 } else { 1 };
+        let mut best: Option<(f64, Area)> = None;
+        for step in 0..steps {
+            for (across, worse) in [(0.27, 0.0), (-0.27, 2.0), (0.0, 3.0)] {
+                let inward = PORT_IN + (0.5 + f64::from(step)) * along;
+                let at_m = Point3::new(-inward / scale.per_m, across * port.width_m, 0.0);
+                let [u, v] = scale.at(&(pose * at_m).xy());
+                let area = Area { low: [u - wide / 2.0, v - high / 2.0], high: [u + wide / 2.0, v + high / 2.0] };
+                let cost = taken.iter().map(|other| area.shared(other)).sum::<f64>() + worse + f64::from(step);
+                if best.is_none_or(|(least, _)| cost < least) {
+                    best = Some((cost, area));
+                }
+            }
+        }
+        let Some((_, area)) = best else { continue };
+        let [u, v] = [0, 1].map(|i| f64::midpoint(area.low[i], area.high[i]));
+        writeln!(out, r#"<text class="port" text-anchor="middle" x="{u:.1}" y="{:.1}">{word}</text>"#, v + high / 3.0)?;
+        taken.push(area);
+    }
+    Ok(())
 }
 
 /// A rectangle in the drawing.

@@ -16,6 +16,7 @@ use super::diagnostic::Finding;
 use super::source::Span;
 use super::tree::Entry;
 use super::typed::Typed;
+use network::Related;
 
 /// Free space that a robot needs on every side. Less is touching: the physics holds bodies about a millimetre apart.
 const FREE_M: f64 = 1e-3;
@@ -66,8 +67,19 @@ impl Cross<'_> {
     }
 
     fn wrong(&mut self, paths: &[&str], message: String, help: String) {
+        self.wrong_with(paths, message, &help, Vec::new());
+    }
+
+    /// The same of other places too.
+    fn wrong_with(&mut self, paths: &[&str], message: String, help: &str, related: Vec<Related>) {
         let finding = Finding::new(self.span(paths), message).help(help);
+        let finding = related.into_iter().fold(finding, |finding, (span, what)| finding.also(span, what));
         self.checked.wrong(paths.first().copied().unwrap_or_default(), finding);
+    }
+
+    /// A field that a message speaks of as well, if it was typed.
+    fn field_at(&self, path: &str) -> Option<Related> {
+        self.typed.root.at(path).map(|node| (node.span, format!("`{path}` is here")))
     }
 
     fn rates(&mut self) {
@@ -170,6 +182,7 @@ impl Cross<'_> {
 
     /// The network, if it can be made.
     fn network(&mut self) -> Option<Network> {
+        self.one_way();
         if !self.checked.is_sound(&["duct.width_m", "duct.height_m", "duct.run", "duct.branch", "route"]) {
             return None;
         }

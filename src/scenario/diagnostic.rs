@@ -3,7 +3,7 @@
 use std::fmt;
 use std::ops::Range;
 
-use annotate_snippets::{AnnotationKind, Level, Origin, Renderer, Snippet, renderer::DecorStyle};
+use annotate_snippets::{Annotation, AnnotationKind, Level, Origin, Renderer, Snippet, renderer::DecorStyle};
 
 use super::source::{Sources, Span};
 
@@ -18,6 +18,19 @@ pub struct Diagnostic {
     pub message: String,
     /// What would be right.
     pub help: Option<String>,
+    /// Other places that it is about: the other end of a join, what something overlaps.
+    pub related: Vec<Related>,
+}
+
+/// Another place that an error is about.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Related {
+    /// The file or the argument, as [`Diagnostic::file`].
+    pub file: String,
+    /// Where in it.
+    pub place: Place,
+    /// What stands there, as "`straight-1` is here".
+    pub message: String,
 }
 
 /// A place in a text.
@@ -43,37 +56,45 @@ pub(super) struct Finding {
     pub(super) span: Span,
     pub(super) message: String,
     pub(super) help: Option<String>,
+    pub(super) related: Vec<(Span, String)>,
 }
 
 impl Finding {
     pub(super) fn new(span: Span, message: impl Into<String>) -> Self {
-        Self { span, message: message.into(), help: None }
+        Self { span, message: message.into(), help: None, related: Vec::new() }
     }
 
     pub(super) fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
+
+    /// Names another place, unless it is the finding's own.
+    pub(super) fn also(mut self, span: Span, what_is_there: impl Into<String>) -> Self {
+        if span != self.span {
+            self.related.push((span, what_is_there.into()));
+        }
+        self
+    }
 }
 
 impl Diagnostic {
-    /// An error about a file as a whole.
-    pub(super) fn of_file(file: impl Into<String>, message: impl Into<String>, help: impl Into<String>) -> Self {
-        Self { file: file.into(), place: None, message: message.into(), help: Some(help.into()) }
+    /// An error about one place, or about a file as a whole.
+    pub fn new(file: impl Into<String>, place: Option<Place>, message: impl Into<String>, help: Option<String>) -> Self {
+        Self { file: file.into(), place, message: message.into(), help, related: Vec::new() }
     }
 
-    /// For a person: message, place, the line with the spot marked, help. `styled` adds colours for a terminal.
+    /// An error about a file as a whole.
+    pub(super) fn of_file(file: impl Into<String>, message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self::new(file, None, message, Some(help.into()))
+    }
+
+    /// For a person: message, each place with its line and the spot marked, help. `styled` adds colours for a terminal.
     pub fn render(&self, styled: bool) -> String {
-        let title = Level::ERROR.primary_title(self.message.as_str());
-        let mut group = match &self.place {
-            None => title.element(Origin::path(self.file.as_str())),
-            Some(place) => title.element(
-                Snippet::source(place.text.as_str())
-                    .line_start(place.line)
-                    .path(self.origin())
-                    .annotation(AnnotationKind::Primary.span(place.mark.clone())),
-            ),
-        };
+        let mut group = Level::ERROR.primary_title(self.message.as_str()).elements(self.lines().iter().map(Line::snippet));
+        if self.place.is_none() {
+            group = group.element(Origin::path(self.file.as_str()));
+        }
         if let Some(help) = &self.help {
             group = group.element(Level::HELP.message(help.as_str()));
         }
@@ -81,20 +102,55 @@ impl Diagnostic {
         renderer.render(&[group])
     }
 
-    /// The file as the person sees it. The text of a `--set` argument stands in the line below already.
-    fn origin(&self) -> &str {
-        if self.file.starts_with("--set ") { "--set" } else { &self.file }
+    /// The lines that it is about, its own first.
+    fn lines(&self) -> Vec<Line<'_>> {
+        let mut lines: Vec<Line<'_>> = Vec::new();
+        let own = self.place.iter().map(|place| (self.file.as_str(), place, None));
+        let others = self.related.iter().map(|other| (other.file.as_str(), &other.place, Some(other.message.as_str())));
+        for (file, place, what) in own.chain(others) {
+            match lines.iter_mut().find(|line| line.file == file && line.place.line == place.line) {
+                Some(line) => line.marks.push((place, what)),
+                None => lines.push(Line { file, place, marks: vec![(place, what)] }),
+            }
+        }
+        lines
     }
 
-    /// For a program: `{"file", "line", "column", "message", "help"}`; what is not known is null.
+    /// For a program: `{"file", "line", "column", "message", "help", "related"}`; what is not known is null. `related` is an array of
+    /// `{"file", "line", "column", "message"}`.
     pub fn to_json(&self) -> serde_json::Value {
+        let related = |other: &Related| {
+            serde_json::json!({
+                "file": other.file, "line": other.place.line, "column": other.place.column, "message": other.message,
+            })
+        };
         serde_json::json!({
             "file": self.file,
             "line": self.place.as_ref().map(|p| p.line),
             "column": self.place.as_ref().map(|p| p.column),
             "message": self.message,
             "help": self.help,
+            "related": self.related.iter().map(related).collect::<Vec<_>>(),
         })
+    }
+}
+
+/// A line of a file with what is marked in it, and what is said of each mark.
+struct Line<'d> {
+    file: &'d str,
+    place: &'d Place,
+    marks: Vec<(&'d Place, Option<&'d str>)>,
+}
+
+impl<'d> Line<'d> {
+    fn snippet(&self) -> Snippet<'d, Annotation<'d>> {
+        // The text of a `--set` argument stands in the line below already.
+        let file = if self.file.starts_with("--set ") { "--set" } else { self.file };
+        let marks = self.marks.iter().map(|(place, what)| {
+            let kind = if what.is_some() { AnnotationKind::Context } else { AnnotationKind::Primary };
+            kind.span(place.mark.clone()).label(*what)
+        });
+        Snippet::source(self.place.text.as_str()).line_start(self.place.line).path(file).annotations(marks)
     }
 }
 
@@ -104,11 +160,14 @@ impl Diagnostics {
         findings.sort_by_key(|f| (f.span.source, f.span.start, f.span.end));
         let mut all: Vec<Diagnostic> = findings
             .into_iter()
-            .map(|f| Diagnostic {
-                file: sources.label(f.span).to_owned(),
-                place: Some(sources.place(f.span)),
-                message: f.message,
-                help: f.help,
+            .map(|f| {
+                let file = |span| sources.label(span).to_owned();
+                let related = f.related.into_iter().map(|(span, message)| {
+                    let place = sources.place(span);
+                    Related { file: file(span), place, message }
+                });
+                let related = related.collect();
+                Diagnostic { related, ..Diagnostic::new(file(f.span), Some(sources.place(f.span)), f.message, f.help) }
             })
             .collect();
         all.dedup();

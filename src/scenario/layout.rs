@@ -42,12 +42,14 @@ pub enum DuctError {
 
 /// A branch names a port that is not there.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{path}` is \"{port}\": {reason}")]
+#[error("`{}` cannot be joined to \"{port}\": {reason}", .ends.first().map_or("", |(name, _)| name))]
 pub struct PortError {
     /// Where it is named.
     pub(super) path: String,
     /// What is named.
     pub(super) port: String,
+    /// Names and paths of the branch's fitting that would be joined, and of the one that is named, if there is one.
+    pub(super) ends: Box<[(String, String)]>,
     /// Why it is nothing.
     pub(super) reason: String,
     /// What there is.
@@ -190,11 +192,11 @@ impl Duct {
             let mut end = Some(self.exit);
             if let Some(branch) = branch {
                 let path = |key: &str| format!("duct.branch[{}].{key}", number - 1);
-                let from = layout.find(&branch.from, path("from"))?;
+                let from = layout.find(&branch.from, path("from"), first)?;
                 layout.join(from, (first, PortName::In), path("from"));
                 end = Some(branch.end);
                 if let Some(to) = &branch.to {
-                    let to = layout.find(to, path("to"))?;
+                    let to = layout.find(to, path("to"), last)?;
                     layout.join((last, PortName::Out), to, path("to"));
                     end = None;
                 }
@@ -220,8 +222,16 @@ impl Layout {
         self.join_paths.push(path);
     }
 
-    fn find(&self, text: &str, path: String) -> Result<PortRef, PortError> {
-        let error = |reason: String, help: String| PortError { path: path.clone(), port: text.to_owned(), reason, help };
+    /// The port that is to be joined to the fitting `end`.
+    fn find(&self, text: &str, path: String, end: usize) -> Result<PortRef, PortError> {
+        let named = |piece: usize| (self.pieces[piece].name.clone(), self.paths[piece].clone());
+        let error = |reason: String, help: String| PortError {
+            path: path.clone(),
+            port: text.to_owned(),
+            ends: Box::new([named(end)]),
+            reason,
+            help,
+        };
         let Some((name, port)) = text.rsplit_once('.') else {
             return Err(error(
                 "it names no port".to_owned(),
@@ -239,10 +249,13 @@ impl Layout {
         let ports: Vec<&str> = fitting.ports().iter().map(|port| port.name.as_str()).collect();
         match PortName::named(port).filter(|port| fitting.port(*port).is_some()) {
             Some(port) => Ok((piece, port)),
-            None => Err(error(
-                format!("\"{name}\", a {}, has no port \"{port}\"", fitting.shape.name()),
-                format!("it has {}", quoted(&ports)),
-            )),
+            None => Err(PortError {
+                ends: Box::new([named(end), named(piece)]),
+                ..error(
+                    format!("`{name}`, a {}, has no port `{port}`", fitting.shape.name()),
+                    format!("it has {}", quoted(&ports)),
+                )
+            }),
         }
     }
 }

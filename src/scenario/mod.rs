@@ -50,7 +50,7 @@ mod write;
 use std::path::Path;
 
 pub use criteria::{Bound, Criteria, Criterion, Measured};
-pub use diagnostic::{Diagnostic, Diagnostics, Place};
+pub use diagnostic::{Diagnostic, Diagnostics, Place, Related};
 pub use faults::{Fault, FaultKind, Side, Wheel};
 pub use layout::{DuctError, Layout, PortError};
 pub use model::{

@@ -43,6 +43,18 @@ pub(super) struct Wanted {
     pub(super) kinds: Vec<String>,
 }
 
+impl Wanted {
+    /// A width from which no transition leads on, if the way can come to it: the duct's own, or the one that its transitions lead to
+    /// where nothing but transitions is drawn.
+    fn last_width_m(&self) -> Option<f64> {
+        let [begin_m, _] = self.section_m;
+        let leads_on = |from_m: f64| self.widths_m.iter().any(|width_m| *width_m != from_m);
+        let is_alone = self.kinds.iter().all(|word| word == "transition");
+        let first_m = self.widths_m.first().copied().filter(|_| is_alone && self.fittings[1] > 4);
+        std::iter::once(begin_m).chain(first_m).find(|width_m| !leads_on(*width_m))
+    }
+}
+
 struct Draws(u64);
 
 impl Draws {
@@ -236,15 +248,18 @@ fn shape(word: &str, growth: &Growth, wanted: &Wanted, draws: &mut Draws) -> Opt
 pub(super) fn lay(layered: &mut Table, typed: &Typed, checked: &mut Checked) {
     const TABLE: &str = "duct.random";
     let Some(random) = layered.at(TABLE).and_then(Node::as_table).cloned() else { return };
-    for path in ["duct.run", "duct.branch", "route.turns"] {
-        if layered.at(path).is_some() {
-            let finding = Finding::new(typed.span(path), format!("`{path}` beside `[{TABLE}]`, which draws it"));
-            checked.wrong(
-                path,
-                finding.help(format!("take one of the two out; resolved, `[{TABLE}]` is a run with branches and a route")),
-            );
-            return;
-        }
+    let beside: Vec<&str> =
+        ["duct.run", "duct.branch", "route.turns"].into_iter().filter(|path| layered.at(path).is_some()).collect();
+    for path in &beside {
+        let finding = Finding::new(typed.span(path), format!("`{path}` beside `[{TABLE}]`, which draws it"))
+            .help(format!("take one of the two out; resolved, `[{TABLE}]` is a run with branches and a route"))
+            .also(typed.span(TABLE), format!("`[{TABLE}]` is here"));
+        checked.wrong(path, finding);
+    }
+    if !beside.is_empty() {
+        // Nothing is drawn, and no run is missed.
+        checked.wrong.insert("duct.run".to_owned());
+        return;
     }
     if !checked.is_sound(&[TABLE, "duct.width_m", "duct.height_m", "seed"]) {
         // Something for what rests on a run; the error has been told.
@@ -290,8 +305,30 @@ pub(super) fn lay(layered: &mut Table, typed: &Typed, checked: &mut Checked) {
             return;
         }
     }
+    if wanted.kinds.is_empty() {
+        let finding = Finding::new(span("kinds"), format!("`{TABLE}.kinds` is empty: nothing would stand between the straights"));
+        checked
+            .wrong("duct.run", finding.help("one word or more, as in `kinds = [\"elbow\", \"tee\"]`; or leave it out for a mix"));
+        return;
+    }
+    if random.get("kinds").is_some()
+        && let Some(at) = wanted.kinds.iter().position(|word| word == "transition")
+        && let Some(width_m) = wanted.last_width_m()
+    {
+        let message = format!(
+            "`{TABLE}.kinds` has \"transition\", but where the duct is {width_m} m wide there is no other width to go to"
+        );
+        let kind = typed.span(&format!("{TABLE}.kinds[{at}]"));
+        let finding = Finding::new(kind, message).help(format!("another width in `{TABLE}.widths_m`, or `kinds` without it"));
+        let widths = random.get("widths_m").map(|node| (node.span, "these are the widths"));
+        let finding = widths.into_iter().fold(finding, |finding, (span, what)| finding.also(span, what));
+        checked.wrong("duct.run", finding.also(typed.span("duct.width_m"), "here the duct begins"));
+        return;
+    }
     let Some(duct) = draw(&wanted) else {
-        let message = format!("`[{TABLE}]` with seed {}: no network without an overlap was found", wanted.seed);
+        let count = if least == most { format!("{most}") } else { format!("{least} to {most}") };
+        let seed = wanted.seed;
+        let message = format!("`[{TABLE}]` with seed {seed}: no network of {count} fittings was found in which nothing overlaps");
         let help = "fewer fittings, longer straights, or more `kinds`";
         checked.wrong("duct.run", Finding::new(typed.span(TABLE), message).help(help));
         return;
@@ -319,7 +356,10 @@ fn put(layered: &mut Table, duct: &Duct, span: Span) {
     let turns = duct.route.turns.iter().map(|turn| node(Value::Text(turn.as_str().to_owned()))).collect();
     layered.put("duct.run", run(&duct.run));
     layered.put("duct.branch", Value::List(duct.branches.iter().map(branch).collect()));
-    layered.put("route.turns", Value::List(turns));
+    // What explores takes no turns.
+    if layered.at("route.explore").is_none_or(|node| node.value != Value::Flag(true)) {
+        layered.put("route.turns", Value::List(turns));
+    }
     if layered.at("duct.exit").is_none() {
         layered.put("duct.exit", Value::Text("cap".to_owned()));
     }

@@ -160,10 +160,10 @@ fn not_utf8(label: String, bytes: &[u8], valid_to: usize) -> Diagnostic {
     let mut place = sources.place(Span::new(source, valid_to..valid_to));
     place.text.push('\u{fffd}');
     place.mark.end = place.text.len();
-    Diagnostic {
-        file: label,
-        place: Some(place),
-        message: format!("not UTF-8: byte 0x{:02x}", bytes[valid_to]),
-        help: Some("save the file as UTF-8 text".to_owned()),
-    }
+    Diagnostic::new(
+        label,
+        Some(place),
+        format!("not UTF-8: byte 0x{:02x}", bytes[valid_to]),
+        Some("save the file as UTF-8 text".to_owned()),
+    )
 }

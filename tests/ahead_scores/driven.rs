@@ -45,10 +45,11 @@ fn a_route_past_tees() {
     let metrics = Metrics::of(&scenario, &run, None);
     println!("{metrics:?}");
     assert_eq!((metrics.ahead_fittings, metrics.ahead_named_share), (6, Some(1.0)));
-    // Measured: tees 1.26 widths before them, 8.3 s after their first sight; all else from 2.9 widths on. Distances within 0.07 m.
-    assert!(metrics.ahead_detection_widths_min.is_some_and(|widths| widths > 1.0));
-    assert!(metrics.ahead_latency_max_s.is_some_and(|latency_s| latency_s < 12.0));
-    assert!(metrics.ahead_distance_error_max_m.is_some_and(|error_m| error_m < 0.12));
+    // Measured: named 1.73 widths before the nearest, 7.1 s after its first sight, distances within 8.8 mm. The margins, for changes that
+    // shift a choice by a few frames: 65 mm of the way, half a second, and 6 mm.
+    assert!(metrics.ahead_detection_widths_min.is_some_and(|widths| widths > 1.6), "{metrics:?}");
+    assert!(metrics.ahead_latency_max_s.is_some_and(|latency_s| latency_s < 7.6), "{metrics:?}");
+    assert!(metrics.ahead_distance_error_max_m.is_some_and(|error_m| error_m < 0.015), "{metrics:?}");
     assert_eq!(metrics.ahead_false_alarms, Some(0));
     // Every frame on the path and outside of fittings is in the matrix.
     let counted: u64 = scores.by_frames.pairs.iter().map(|pair| pair.count).sum();
@@ -70,9 +71,9 @@ fn two_elbows_alike_on_any_number_of_threads() {
     println!("{}", serde_json::to_string_pretty(&scores).expect("JSON"));
     assert_eq!(classes(&scores), [("mitre-1", "elbow-left"), ("elbow-1", "elbow-right"), ("straight-3.out", "dead-end")]);
     assert_eq!(scores.named_share(), Some(1.0));
-    // Measured: 2.3 widths, 5.3 s, 0.10 m (the curved one, whose inner wall is lost late), radius 4 mm.
-    assert!(scores.detection_widths_min().is_some_and(|widths| widths > 1.5));
-    assert!(scores.distance_error_max_m().is_some_and(|error_m| error_m < 0.2));
-    assert!(scores.fittings[1].radius_error_m.is_some_and(|error_m| error_m.abs() < 0.05), "{:?}", scores.fittings[1]);
+    // Measured: 1.82 widths, distances within 1.7 mm, the radius 4.9 mm too small. The margins: 60 mm of the way; the others doubled.
+    assert!(scores.detection_widths_min().is_some_and(|widths| widths > 1.7));
+    assert!(scores.distance_error_max_m().is_some_and(|error_m| error_m < 0.0035));
+    assert!(scores.fittings[1].radius_error_m.is_some_and(|error_m| error_m.abs() < 0.01), "{:?}", scores.fittings[1]);
     assert_eq!(scores.fittings[0].radius_error_m, None);
 }

@@ -1,5 +1,7 @@
 //! What is wrong is said with its place and what would be right; the exit code is 2 and nothing is written.
 
+use std::path::Path;
+
 use serde_json::{Value, json};
 
 use super::workshop::{NO_ADAPTER, Ran, Workshop, keys, scenario};
@@ -20,7 +22,7 @@ fn error(ran: &Ran) -> Value {
     let document = ran.json();
     let errors = document["errors"].as_array().expect("errors");
     assert_eq!(errors.len(), 1, "{document}");
-    assert_eq!(keys(&errors[0]), ["file", "line", "column", "message", "help"]);
+    assert_eq!(keys(&errors[0]), ["file", "line", "column", "message", "help", "related"]);
     errors[0].clone()
 }
 
@@ -34,6 +36,33 @@ fn an_error_in_a_file_has_its_place() {
     let error = error(&ran);
     assert_eq!((&error["file"], &error["line"], &error["column"]), (&json!("bad.toml"), &json!(7), &json!(12)));
     assert!(error["message"].as_str().expect("words").contains("height_m"), "{error}");
+}
+
+/// What is wrong between two fittings is told with both, as they are called, each with its line.
+#[test]
+fn an_error_between_two_fittings_has_both_places() {
+    let workshop = Workshop::new();
+    let bad = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/bad_scenarios");
+    for (file, names, lines) in [
+        ("branch_of_another_size", &["straight-6.out", "tee-2.left"][..], [13, 12, 8]),
+        ("loop_does_not_close", &["straight-6.out", "tee-2.left"], [13, 12, 8]),
+        ("branch_overlaps", &["up", "turn"], [16, 12, 0]),
+        ("branch_no_such_port", &["straight-3", "tee-1"], [11, 12, 8]),
+        ("branch_from_nowhere", &["straight-3", "frist.left"], [11, 12, 0]),
+        ("route_turn_not_there", &["straight", "first"], [15, 8, 0]),
+        ("start_behind_the_entry", &["along the duct"], [11, 8, 0]),
+    ] {
+        let text = std::fs::read_to_string(bad.join(file).with_extension("toml")).expect(file);
+        workshop.write("bad.toml", text);
+        let error = error(&refused(&workshop, &["check", "bad.toml", "--json"]));
+        let message = error["message"].as_str().expect("words");
+        assert!(names.iter().all(|name| message.contains(name)) && !message.contains("duct.run["), "{message}");
+        let related = error["related"].as_array().expect("an array");
+        assert!(related.iter().all(|other| keys(other) == ["file", "line", "column", "message"]), "{error}");
+        let told: Vec<_> = std::iter::once(&error).chain(related).map(|place| place["line"].as_u64()).collect();
+        let expected: Vec<_> = lines.into_iter().filter(|line| *line > 0).map(Some).collect();
+        assert_eq!(told, expected, "{error}");
+    }
 }
 
 /// One wrong file keeps the others from running, and every error of every file is told.

@@ -76,6 +76,23 @@ fn a_name_is_run_rendered_and_checked_from_any_folder() {
     assert!(workshop.path("plan-tees.svg").is_file() && workshop.path("plan-elbow-left.svg").is_file());
 }
 
+/// Each fitting's name, and each port of it, is on the plan.
+#[test]
+fn a_plan_names_fittings_and_their_ports() {
+    let workshop = Workshop::new();
+    workshop.run(&["check", "tees", "--plan", "plan.svg"]).expect(0);
+    let plan = workshop.read("plan.svg");
+    let written = |class: &str, word: &str| {
+        let begins = format!("<text class=\"{class}\"");
+        plan.lines().filter(|line| line.starts_with(&begins) && line.ends_with(&format!(">{word}</text>"))).count()
+    };
+    // Seven straights, two tees, one bull-head tee.
+    assert_eq!(["in", "out", "left", "right"].map(|port| written("port", port)), [10, 9, 2, 2]);
+    for name in ["first", "second", "across", "straight-7"] {
+        assert_eq!(written("name", name), 1, "{name}");
+    }
+}
+
 #[test]
 fn what_is_wrong_with_what_is_laid_over_one_is_said_with_lines() {
     let workshop = Workshop::new();

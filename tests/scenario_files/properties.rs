@@ -108,6 +108,16 @@ fn a_drawn_network_is_written_out_as_if_typed() {
     }
 }
 
+/// One that is drawn and explored takes no turns, drawn ones neither.
+#[test]
+fn a_drawn_network_that_is_explored_is_written_out_without_turns() {
+    let text = "format = 1\nkind = \"scenario\"\nname = \"r\"\n[duct]\nwidth_m = 0.5\nheight_m = 0.3\n[duct.random]\nseed = 7\n";
+    let drawn = Scenario::from_toml_str(&format!("{text}[route]\nexplore = true\n")).unwrap_or_else(|errors| panic!("{errors}"));
+    assert!(drawn.duct.route.explore && drawn.duct.route.turns.is_empty());
+    assert!(!Scenario::from_toml_str(text).unwrap_or_else(|errors| panic!("{errors}")).duct.route.turns.is_empty());
+    assert_eq!(Scenario::from_toml_str(&drawn.to_toml()), Ok(drawn));
+}
+
 /// Reading must end, and what it says must be renderable both ways.
 fn read_and_render(text: &str) {
     match Scenario::from_toml_str(text) {

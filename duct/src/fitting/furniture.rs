@@ -35,6 +35,16 @@ const RIGHT_WALL: usize = 3;
 const LEFT_WALL: usize = 5;
 
 impl Fitting {
+    /// Height that is free all along it, in metres: of a transition the lower of its two, of an open damper what its folded curtain
+    /// leaves.
+    pub fn clear_height_m(&self) -> f64 {
+        let lowest_m = self.ports().iter().map(|port| port.height_m).fold(self.height_m, f64::min);
+        match self.shape {
+            Shape::Damper { blade: Blade::Open, .. } => (1.0 - CURTAIN_SHARE) * lowest_m,
+            _ => lowest_m,
+        }
+    }
+
     /// How many cells lie below its floor.
     pub(super) fn cells_below(&self) -> usize {
         usize::from(matches!(self.shape, Shape::Drop { .. }))

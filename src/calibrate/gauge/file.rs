@@ -104,7 +104,7 @@ impl GaugeFile {
         });
         let gauge = toml::from_str::<File>(&text).map_err(|error| {
             let place = error.span().map(|span| places::at(&text, span.start));
-            wrong.push(Diagnostic { file: file.to_owned(), place, message: error.message().to_owned(), help: None });
+            wrong.push(Diagnostic::new(file, place, error.message(), None));
         });
         let (Ok(scenario), Ok(File { gauge })) = (scenario, gauge) else { return Err(Diagnostics(wrong)) };
         let read = Self { scenario, gauge };
@@ -148,7 +148,7 @@ impl GaugeFile {
 }
 
 fn whole(file: &str, message: String, help: Option<String>) -> Diagnostics {
-    Diagnostics(vec![Diagnostic { file: file.to_owned(), place: None, message, help }])
+    Diagnostics(vec![Diagnostic::new(file, None, message, help)])
 }
 
 #[cfg(test)]

@@ -48,19 +48,22 @@ impl Cross<'_> {
             return;
         }
         if start.distance_m >= length_m {
-            self.wrong(
+            self.wrong_with(
                 &["start.distance_m", "duct.run"],
                 format!("the start is at {} m, but the duct ends at {length_m:.3} m", start.distance_m),
-                "a distance within the duct".to_owned(),
+                "a distance within the duct",
+                self.way_at(network, length_m).into_iter().collect(),
             );
         } else if finish_m <= start.distance_m {
-            self.wrong(
+            let places = [self.field_at("start.distance_m"), self.way_at(network, length_m)];
+            self.wrong_with(
                 &["finish.before_end_m", "start.distance_m", "duct.run"],
                 format!(
                     "the finish is at {finish_m:.3} m, before the start at {} m: the duct is {length_m:.3} m long",
                     start.distance_m
                 ),
-                "a longer duct, or less of `start.distance_m` and `finish.before_end_m`".to_owned(),
+                "a longer duct, or less of `start.distance_m` and `finish.before_end_m`",
+                places.into_iter().flatten().collect(),
             );
         } else {
             self.start(network);
@@ -72,24 +75,30 @@ impl Cross<'_> {
         }
     }
 
-    /// Where the path leads, every fitting is wider than the robot.
+    /// Where the path leads, every fitting is wider and higher than the robot.
     fn passable(&mut self, network: &Network, from_m: f64, to_m: f64) {
         if !self.checked.is_sound(&["robot", "duct"]) {
             return;
         }
-        let robot_m = 2.0 * plan(&self.scenario.robot).map(|(_, _, half_m)| half_m).into_iter().fold(0.0, f64::max);
+        let robot_m = self.scenario.robot.smallest_duct_m();
+        let needs_m = [robot_m[0] + 2.0 * FREE_M, robot_m[1] + FREE_M];
         let on_the_way = |segment: &&Segment| segment.start_m < to_m && segment.start_m + segment.length_m > from_m;
-        let too_narrow = |segment: &&Segment| segment.width_m.min(segment.end_width_m) < robot_m;
-        let Some(segment) = network.centreline.segments.iter().filter(on_the_way).find(too_narrow) else { return };
-        let path = self.scenario.duct.layout().ok().and_then(|layout| layout.paths.get(segment.fitting).cloned());
-        let path = path.unwrap_or_else(|| "duct".to_owned());
+        let too_small = |segment: &Segment| {
+            let has_m = [segment.width_m.min(segment.end_width_m), network.fittings[segment.fitting].clear_height_m()];
+            let axis = (0..2).find(|axis| has_m[*axis] < needs_m[*axis])?;
+            Some((segment.fitting, axis, has_m[axis]))
+        };
+        let found = network.centreline.segments.iter().filter(on_the_way).find_map(too_small);
+        let Some((fitting, axis, has_m)) = found else { return };
+        let (name, path) = self.fitting_at(fitting).unwrap_or_default();
+        let word = ["wide", "high"][axis];
         self.wrong(
             &[&path],
+            format!("on the way `{name}` is {has_m:.3} m {word}, and the robot {:.3} m", robot_m[axis]),
             format!(
-                "on the way `{path}` is {:.3} m wide, and the robot {robot_m:.3} m",
-                segment.width_m.min(segment.end_width_m)
+                "{:.3} m or more, a millimetre of it free on each side; or a route that does not lead there",
+                up_mm(needs_m[axis])
             ),
-            "a wider one, or a route that does not lead there".to_owned(),
         );
     }
 
@@ -113,27 +122,31 @@ impl Cross<'_> {
         let rear_m = reach(0).fold(0.0, f64::min);
         let (right_m, left_m) = reach(1).fold((0.0, 0.0), |(low, high), y| (f64::min(low, y), f64::max(high, y)));
         let half_m = width_m / 2.0;
+        let here: Vec<_> = self.way_at(network, start.distance_m).into_iter().collect();
         if start.distance_m + rear_m < 0.0 {
-            self.wrong(
+            self.wrong_with(
                 &["start.distance_m", "start"],
                 format!("at the start, {} m along the duct, the robot's rear is outside", start.distance_m),
-                format!("{:.3} m or more", up_mm(-rear_m)),
+                &format!("{:.3} m or more", up_mm(-rear_m)),
+                here,
             );
         } else if left_m - right_m > width_m {
-            self.wrong(
+            self.wrong_with(
                 &["start.heading_deg", "start"],
                 "at the start the robot touches a wall, wherever between them it stands".to_owned(),
-                format!("at this heading it is {:.3} m wide", left_m - right_m),
+                &format!("at this heading it is {:.3} m wide", left_m - right_m),
+                here,
             );
         } else {
-            self.wrong(
+            self.wrong_with(
                 &["start.lateral_m", "start.heading_deg", "start.distance_m", "start"],
                 "at the start the robot touches a wall".to_owned(),
-                format!(
+                &format!(
                     "at this heading, in a straight, `start.lateral_m` may be {:.3} to {:.3}",
                     up_mm(-half_m - right_m),
                     -up_mm(left_m - half_m)
                 ),
+                here,
             );
         }
     }

@@ -9,7 +9,7 @@ use ductloop_sensor::optics::FanProfile;
 use ductloop_sensor::renderer::MAX_LASERS;
 use ductloop_sensor::scenery::Scenery;
 
-use super::{Cross, up_mm};
+use super::{Cross, FREE_M, up_mm};
 
 /// Margin about the image that the renderers need rays for, in pixels: point spread and blur reach beyond its edge.
 const MARGIN_PX: f64 = 4.0;
@@ -27,10 +27,19 @@ impl Cross<'_> {
         self.rig();
     }
 
-    /// A width that holds all along is also the one to begin with.
+    /// A width that holds all along is also the one to begin with, and the robot fits into what it is told.
     pub(super) fn told_width(&mut self) {
         let paths = ["navigation.width_m", "navigation.width"];
         let navigation = &self.scenario.navigation;
+        let needs_m = self.scenario.robot.smallest_duct_m()[0] + 2.0 * FREE_M;
+        for (path, told_m) in [(paths[0], Some(navigation.width_m)), (paths[1], navigation.fixed_width_m)] {
+            let Some(told_m) = told_m.filter(|told_m| *told_m < needs_m && self.typed.root.at(path).is_some()) else { continue };
+            if self.checked.is_sound(&["robot", path]) {
+                let robot_m = needs_m - 2.0 * FREE_M;
+                let message = format!("`{path}` is {told_m} m, narrower than the robot, which is {robot_m:.3} m wide");
+                self.wrong(&[path], message, format!("{:.3} m or more, a millimetre of it free on each side", up_mm(needs_m)));
+            }
+        }
         let (Some(fixed_m), begin_m) = (navigation.fixed_width_m, navigation.width_m) else { return };
         if self.checked.is_sound(&paths) && fixed_m != begin_m {
             self.wrong(

@@ -24,10 +24,11 @@ impl Cross<'_> {
         let lengths_m = lengths_m.enumerate().filter(|(_, length_m)| *length_m > 0.0);
         let Some((index, length_m)) = lengths_m.min_by(|a, b| a.1.total_cmp(&b.1)) else { return };
         if duct.bead_width_m > length_m {
-            let path = duct.layout().ok().and_then(|layout| layout.paths.get(index).cloned()).unwrap_or_default();
-            let message = format!("flange beads {} mm wide are wider than `{path}` is long", duct.bead_width_m * 1e3);
+            let (name, path) = self.fitting_at(index).unwrap_or_default();
+            let message = format!("flange beads {} mm wide are wider than `{name}` is long", duct.bead_width_m * 1e3);
             let help = format!("{:.3} mm or less, or a longer fitting", libm::floor(length_m * 1e6) / 1e3);
-            self.wrong(&["duct.bead_width_mm", "duct.bead_mm"], message, help);
+            let fitting = self.named_at(&name, &path);
+            self.wrong_with(&["duct.bead_width_mm", "duct.bead_mm"], message, &help, vec![fitting]);
         }
     }
 
@@ -49,8 +50,10 @@ impl Cross<'_> {
         for (i, Object { name, .. }) in named {
             match first.get(name.as_str()) {
                 Some(other) => {
-                    let message = format!("`duct.object[{i}].name` is \"{name}\", and so is that of `duct.object[{other}]`");
-                    self.wrong_at(&format!("duct.object[{i}].name"), message, "a name of its own, or none".to_owned());
+                    let message = format!("two objects are called \"{name}\"");
+                    let other = (self.typed.span(&format!("duct.object[{other}].name")), "the other one".to_owned());
+                    let help = "a name of its own for one of them, or none";
+                    self.at(&format!("duct.object[{i}].name"), message, help, vec![other]);
                 }
                 None => {
                     first.insert(name, i);
@@ -66,12 +69,11 @@ impl Cross<'_> {
         for (i, object) in objects.iter().enumerate() {
             if let Some(other) = (0..i).find(|other| overlap(&solids[i], &solids[*other])) {
                 let others = called(other, &objects[other]);
-                let message = format!("{} overlaps {}", called(i, object), others.trim_end_matches(','));
-                self.wrong_at(
-                    &format!("duct.object[{i}].at_m"),
-                    message,
-                    "another place for one of the two; they may touch".to_owned(),
-                );
+                let others = others.trim_end_matches(',');
+                let message = format!("{} overlaps {others}", called(i, object));
+                let there = (self.typed.span(&format!("duct.object[{other}].at_m")), format!("{others} stands here"));
+                let help = "another place for one of the two; they may touch";
+                self.at(&format!("duct.object[{i}].at_m"), message, help, vec![there]);
             }
         }
     }
