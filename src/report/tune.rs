@@ -80,10 +80,10 @@ fn metrics(summary: &Json) -> Vec<Value> {
     names.map(|metric| context! { metric => metric, default => of("default", metric), best => of("best", metric) }).collect()
 }
 
-/// From nothing to a little above the largest.
-fn from_zero(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    let most = values.filter(|value| value.is_finite()).fold(0.0, f64::max);
-    [0.0, if most > 0.0 { 1.05 * most } else { 1.0 }]
+/// From a little below the least to a little above the largest.
+fn about(least: f64, most: f64) -> [f64; 2] {
+    let margin = (0.1 * (most - least)).max(0.01 * most.abs()).max(f64::MIN_POSITIVE);
+    [least - margin, most + margin]
 }
 
 /// Costs over the trials that had all of their runs, and the best so far. Dear ones are drawn at the edge.
@@ -114,14 +114,14 @@ fn convergence(search: &Search) -> Option<Plot> {
         x_label: "candidate".into(),
         y_label: "cost".into(),
         x: [0.0, search.trials.len().max(2) as f64],
-        y: from_zero([usual, default.cost].into_iter()),
+        y: about(costs[0].min(default.cost), usual.max(default.cost)),
         height: 260.0,
         bands: Vec::new(),
         levels,
         series: vec![
             Series {
                 label: "candidates".into(),
-                class: "swept",
+                class: "estimate",
                 style: Style::Dots,
                 points: full.iter().map(|(number, cost)| (*number, Some(*cost))).collect(),
             },
@@ -146,7 +146,7 @@ fn scatter(path: &str, unit: &str, points: &[[f64; 2]]) -> Option<Plot> {
         x_label: if unit.is_empty() { path.to_owned() } else { format!("{path} / {unit}") },
         y_label: "cost".into(),
         x: [from - margin, to + margin],
-        y: from_zero(std::iter::once(costs[(costs.len() - 1) * 9 / 10])),
+        y: about(costs[0], costs[(costs.len() - 1) * 9 / 10]),
         height: 220.0,
         bands: Vec::new(),
         levels: Vec::new(),
@@ -173,7 +173,7 @@ fn trajectories(paths: &Trajectories) -> Option<Plot> {
         height: 260.0,
         bands: Vec::new(),
         levels: vec![Level { y: 0.0, class: "bound", label: "middle of the duct".into() }],
-        series: [("default", "swept", 0), ("best", "truth", 1)]
+        series: [("default", "estimate", 0), ("best", "truth", 1)]
             .map(|(label, class, which)| Series {
                 label: label.into(),
                 class,

@@ -185,7 +185,7 @@ pub fn summary(study: &StudyFile, search: &Search, held: Option<&Held>, comparis
     let held_out = held.map(|held| {
         let violations = |which: usize| {
             let of = |pair: &[Row; 2]| broken(&study.constraints, &pair[which].outcome, Some(&pair[0].outcome));
-            held.rows.iter().flat_map(of).map(|(_, excess)| excess).sum::<f64>()
+            held.rows.iter().flat_map(of).map(|(_, excess)| excess).fold(0.0, std::ops::Add::add)
         };
         json!({
             "comparison": comparison, "is_better": comparison.is_some_and(Comparison::is_better),

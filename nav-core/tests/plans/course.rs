@@ -266,3 +266,38 @@ fn what_leaves_too_little_is_not_passed() {
         assert!(least_m > 0.02, "{boxes:?}: {least_m} m, {:?}", robot.pose);
     }
 }
+
+/// Straight on past a junction, with a stop next: it drives on at its usual speed.
+#[test]
+fn a_stop_behind_a_junction_is_not_at_it() {
+    for fitting in [Fitting::Branch(Side::Left), Fitting::Cross] {
+        let walls = plans().into_iter().find(|(own, _)| *own == fitting).expect("a plan").1;
+        let mut robot = Robot::new(&[Turn::Straight, Turn::Stop]);
+        assert!(robot.until(&walls, |robot| robot.course.junctions() == 1), "{fitting:?}");
+        while robot.pose[0] < AT_M + WIDTH_M {
+            robot.frame(&walls);
+            let here = robot.course.path(0.0, robot.lateral_m, robot.heading_rad);
+            assert!(here.slowing < 0.01 && robot.course.end().is_none(), "{fitting:?} at {:?}: {here:?}", robot.pose);
+        }
+    }
+}
+
+/// Behind a box that is passed the duct ends: the robot stands before its wall, whatever is left of the way back into the middle.
+#[test]
+fn the_end_of_a_duct_behind_a_thing_is_seen() {
+    let thing = [[AT_M, -HALF_M], [AT_M + 0.25, -0.05]];
+    for end_m in [AT_M + 0.9, AT_M + 1.1, AT_M + 1.6] {
+        let mut walls = with_boxes(&[thing]);
+        walls.push([[end_m, HALF_M], [end_m, -HALF_M]]);
+        let mut robot = Robot::new(&[Turn::Stop]);
+        let mut least_m = f64::INFINITY;
+        let stopped = (0..1500).any(|_| {
+            robot.frame(&walls);
+            least_m = least_m.min(clearance_m(robot.pose, thing));
+            robot.course.end().is_some()
+        });
+        assert!(stopped && least_m > 0.02, "{end_m}: {:?} {:?}, {least_m} m", robot.pose, robot.course.outlook());
+        let left_m = end_m - robot.pose[0];
+        assert!((0.19..0.32).contains(&left_m), "{end_m}: {left_m} m left, {:?}", robot.course.end());
+    }
+}
