@@ -15,7 +15,8 @@ pub(crate) const VIEW_RAD: f64 = 0.7;
 pub(crate) const BLOCKS: usize = 160;
 /// Range at which a laser that rises meets the ceiling, in metres.
 pub(crate) const CEILING_M: f64 = 2.6;
-/// The laser that falls meets a level floor so far ahead of the base, in metres, and falls by so much over that: 0.16 of a height of 0.17 m.
+/// The laser that falls meets a level floor so far ahead of the base, in metres, and falls by so much over that: 0.16 of a height of 0.17
+/// m.
 pub(crate) const FLOOR_M: f64 = 1.06;
 const FALL: f64 = 0.16;
 /// The junctions begin here, in metres.
@@ -95,8 +96,8 @@ fn below(x: f64, tangent: f64, block: usize, wall_m: f64) -> RangePoint {
     RangePoint { point_in_base: Point3::new(x.min(wall_m), (x.min(wall_m) - CAMERA_M) * tangent, -0.02), laser: 1, block, upon }
 }
 
-/// A wye whose legs leave a duct of 0.5 m by this angle, each of this width: its walls, and the middle line of the left leg (a point and the
-/// heading).
+/// A wye whose legs leave a duct of 0.5 m by this angle, each of this width: its walls, and the middle line of the left leg (a point and
+/// the heading).
 pub(crate) fn wye(turn_rad: f64, leg_m: f64) -> (Vec<Wall>, [f64; 3]) {
     let (sin, cos) = libm::sincos(turn_rad);
     let along = |[x, y]: [f64; 2]| [[x, y], [x + 6.0 * cos, y + 6.0 * sin]];
