@@ -111,8 +111,8 @@ impl Course {
             detour.beside_m[1] = detour.beside_m[1].max(self.ahead.thing_to_m(at_m) + TAIL_M + CLEAR_M);
         }
         let seen = *self.ahead.outlook();
-        let ends_m =
-            seen.blocked_m.filter(|at_m| *at_m > detour.beside_m[1] && matches!(seen.fitting, Fitting::DeadEnd | Fitting::Drop));
+        // The wall of a dead end may be taken for a part of the thing, which then seems to go on up to it: it ends the way all the same.
+        let ends_m = seen.blocked_m.filter(|_| matches!(seen.fitting, Fitting::DeadEnd | Fitting::Drop));
         let stands_m = self.ahead.stands_beyond(detour.beside_m[1] - TAIL_M + SHADOW_M);
         detour.next_m = ends_m.into_iter().chain(stands_m).min_by(f64::total_cmp);
         self.phase = Phase::Passing(detour);
