@@ -3,8 +3,9 @@
 #
 #   ./figures.sh [--slice] [OUT.json]      (figures.json)
 #
-# Eight seeds a scenario and the whole accuracy studies; half an hour on two cores without a graphics card. --slice takes one seed and fewer frames: a few
-# minutes.
+# Eight seeds a scenario, 32 random networks and the whole accuracy studies; an hour on two cores without a graphics card. --slice takes
+# one seed, four random networks and fewer frames: a few minutes. A hundred networks are a sweep of their own:
+#   ductloop sweep scenarios/sweeps/random-networks.toml
 set -euo pipefail
 cd "$(dirname "$0")"
 

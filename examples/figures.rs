@@ -8,17 +8,23 @@
 //! `--bench` is what `ductloop bench --json` printed; the others are the printed lines of the tests that measure physics,
 //! rendered stripes, and the sensor (CCD, light, and the renderers against each other), `--memory` those of the example
 //! `resident_memory`, `--calibration` those of the gauge and of the photographs; `--study` is what `ductloop accuracy --json` printed.
-//! `--slice` takes one seed a scenario instead of eight.
+//! `--slice` takes one seed a scenario instead of eight, and four random networks instead of 32.
 
 use std::error::Error;
 use std::path::Path;
 
 use ductloop::scenario::Overlays;
-use ductloop::{Engine, Metrics, Pilot, Scenario, Verdict};
+use ductloop::survey::Survey;
+use ductloop::{Engine, Metrics, Outcome, Pilot, Scenario, Verdict};
 use serde_json::{Map, Value, json};
 
 /// The scenarios that figures are quoted of.
 const SCENARIOS: [&str; 5] = ["straight", "straight-offset", "straight-incra1", "straight-narrow", "straight-wide"];
+
+/// The routes and surveys that figures are quoted of, in `scenarios/networks`.
+const ROUTES: [&str; 5] = ["elbow-mitred", "tees", "loop", "explore", "twenty-fittings"];
+/// Random networks for each seed of the others.
+const NETWORKS_A_SEED: u64 = 4;
 
 struct Arguments {
     seeds: u64,
@@ -51,6 +57,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         let setting = format!("robot.speed_m_s={metres_per_second}");
         speed.insert(metres_per_second.into(), over_seeds("straight-offset", &[&setting], arguments.seeds)?);
     }
+    let mut routes = Map::new();
+    for name in ROUTES {
+        routes.insert(name.into(), driven(&format!("networks/{name}"), 1)?);
+    }
+    routes.insert("random-network".into(), driven("networks/random-network", NETWORKS_A_SEED * arguments.seeds)?);
     let document = json!({
         "seeds": arguments.seeds,
         "bench": arguments.bench,
@@ -58,6 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "papers_own_steps": papers_own_steps,
         "steered_by_the_truth": truth,
         "straight_offset_by_speed_m_s": speed,
+        "routes": routes,
         "physics": arguments.physics,
         "stripes": arguments.stripes,
         "sensor": arguments.sensor,
@@ -118,17 +130,12 @@ fn cells(study: &Value) -> Value {
 
 /// Median and worst over seeds 1..=n of what the documents quote.
 fn over_seeds(name: &str, settings: &[&str], seeds: u64) -> Result<Value, Box<dyn Error>> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name).with_extension("toml");
     let mut runs = Vec::new();
     let mut passed = 0;
     for seed in 1..=seeds {
-        let set = settings.iter().map(ToString::to_string).chain([format!("seed={seed}")]).collect();
-        let scenario = Scenario::read(&file, &Overlays { set, ..Overlays::default() })?;
-        // On the processor, so that figures are the same on every machine.
-        let outcome = ductloop::run_on(&Engine::Cpu, &scenario, Pilot::of(&scenario))?;
+        let (_, outcome) = run(name, settings, seed)?;
         passed += u64::from(outcome.verdict == Verdict::Pass);
         runs.push(outcome.metrics);
-        eprintln!("{name} {settings:?} seed {seed}: {}", outcome.verdict.word());
     }
     let spread = |value: fn(&Metrics) -> Option<f64>, scale: f64| {
         let mut values: Vec<f64> = runs.iter().filter_map(value).map(|v| v * scale).collect();
@@ -146,4 +153,67 @@ fn over_seeds(name: &str, settings: &[&str], seeds: u64) -> Result<Value, Box<dy
         "invalid_share": spread(|m| m.estimates_valid.map(|valid| 1.0 - valid), 1.0),
         "real_time_factor": spread(|m| m.real_time_factor, 1.0),
     }))
+}
+
+fn run(name: &str, settings: &[&str], seed: u64) -> Result<(Scenario, Outcome), Box<dyn Error>> {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name).with_extension("toml");
+    let set = settings.iter().map(ToString::to_string).chain([format!("seed={seed}")]).collect();
+    let scenario = Scenario::read(&file, &Overlays { set, ..Overlays::default() })?;
+    // On the processor, so that figures are the same on every machine.
+    let outcome = ductloop::run_on(&Engine::Cpu, &scenario, Pilot::of(&scenario))?;
+    eprintln!("{name} {settings:?} seed {seed}: {}", outcome.verdict.word());
+    Ok((scenario, outcome))
+}
+
+/// What routes through networks came to over seeds 1..=n: driving, naming, survey; and whether the survey's errors are of the size that its
+/// deviations say.
+fn driven(name: &str, seeds: u64) -> Result<Value, Box<dyn Error>> {
+    let mut runs = Vec::new();
+    let (mut lengths, mut turns) = (Vec::new(), Vec::new());
+    let mut passed = 0;
+    for seed in 1..=seeds {
+        let (scenario, outcome) = run(name, &[], seed)?;
+        passed += u64::from(outcome.verdict == Verdict::Pass);
+        for duct in Survey::of(&scenario, &outcome.record).into_iter().flat_map(|survey| survey.ducts) {
+            let Some(error) = duct.error else { continue };
+            lengths.extend(error.length_m.zip(duct.length_sigma_m));
+            turns.extend(error.turn_deg.zip(duct.turn_sigma_deg));
+        }
+        runs.push(outcome.metrics);
+    }
+    let spread = |value: fn(&Metrics) -> Option<f64>| {
+        let mut values: Vec<f64> = runs.iter().filter_map(value).collect();
+        values.sort_by(f64::total_cmp);
+        json!({"least": values.first(), "median": values.get(values.len() / 2), "greatest": values.last()})
+    };
+    let sum = |value: fn(&Metrics) -> u32| runs.iter().map(value).sum::<u32>();
+    Ok(json!({
+        "passed": format!("{passed} of {seeds}"),
+        "finished": runs.iter().filter(|m| m.completed).count(),
+        "collisions": sum(|m| m.collisions),
+        "junctions_taken": sum(|m| m.junctions_taken),
+        "lateral_rms_mm": spread(|m| m.lateral_rms_m.map(|rms_m| rms_m * 1e3)),
+        "ahead_fittings": sum(|m| m.ahead_fittings),
+        "ahead_named_share": spread(|m| m.ahead_named_share),
+        "ahead_detection_widths_min": spread(|m| m.ahead_detection_widths_min),
+        "ahead_false_alarms": sum(|m| m.ahead_false_alarms.unwrap_or(0)),
+        "survey_drift_share": spread(|m| m.survey_drift_share),
+        "survey_length_error_max": spread(|m| m.survey_length_error_max),
+        "survey_width_error_max_mm": spread(|m| m.survey_width_error_max_m.map(|error_m| error_m * 1e3)),
+        "length_errors_m": against_deviations(&lengths),
+        "turn_errors_deg": against_deviations(&turns),
+    }))
+}
+
+/// Errors, each with its stated deviation: their RMS, the deviations' mean, the mean square of their ratio, and how many are within two.
+fn against_deviations(errors: &[(f64, f64)]) -> Value {
+    let count = errors.len();
+    let mean = |of: fn(&(f64, f64)) -> f64| (count > 0).then(|| errors.iter().map(of).sum::<f64>() / count as f64);
+    json!({
+        "count": count,
+        "rms": mean(|(error, _)| error * error).map(f64::sqrt),
+        "deviation_mean": mean(|(_, sigma)| *sigma),
+        "mean_square_in_deviations": mean(|(error, sigma)| (error / sigma) * (error / sigma)),
+        "within_two": errors.iter().filter(|(error, sigma)| error.abs() <= 2.0 * sigma).count(),
+    })
 }

@@ -66,6 +66,8 @@ pub mod survey;
 pub mod sweep;
 #[cfg(feature = "cli")]
 pub mod truth_picture;
+#[cfg(feature = "cli")]
+pub mod tune;
 pub mod viewpoint;
 
 pub use ductloop_nav::control::{ControlLaw, PathState, Twist};

@@ -10,7 +10,8 @@ use crate::survey::Survey;
 
 /// The figures of a run, against the truth. What was not measured is `None`.
 ///
-/// Figures of tracking (`lateral_*`, `heading_*`, estimates) leave out the settling distance that the scenario names.
+/// Figures of tracking (`lateral_*`, `heading_*`, estimates) leave out the settling distance that the scenario names; errors against the
+/// path also what the robot does that is not to follow it: turning on the spot, and backing out.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Metrics {
     /// Whether the base passed the finish line.
@@ -150,6 +151,20 @@ fn settled<'a>(scenario: &'a Scenario) -> impl Fn(&&'a FrameRecord) -> bool + 'a
     move |frame| frame.truth.distance_m >= from_m
 }
 
+/// An arc whose radius is smaller is a turn on the spot, in metres: the narrowest bend's is 0.15 m. Below this yaw rate, in rad/s, it is
+/// none.
+const ON_THE_SPOT_M: f64 = 0.08;
+const TURNING_RAD_S: f64 = 0.05;
+/// Slower than this backwards the robot stands, in m/s.
+const BACKING_M_S: f64 = 0.01;
+
+/// Whether the robot goes along the path, or stands: the path has no errors to tell while it turns on the spot, or backs out.
+fn goes_along(frame: &FrameRecord) -> bool {
+    let (speed_m_s, yaw_rate_rad_s) = (frame.truth.speed_m_s, frame.truth.yaw_rate_rad_s.abs());
+    let turns = yaw_rate_rad_s > TURNING_RAD_S && speed_m_s.abs() < ON_THE_SPOT_M * yaw_rate_rad_s;
+    !turns && speed_m_s > -BACKING_M_S
+}
+
 impl Metrics {
     /// Metrics that are numbers and bear on the result, by their names in the summary: all but `completed`, `end_state`,
     /// `stop_reason` and what depends on the machine.
@@ -190,8 +205,9 @@ impl Metrics {
     /// The same for who has the run's scores of what was named already.
     pub(crate) fn with_ahead(scenario: &Scenario, run: &RunRecord, ahead: &AheadScores, wall_time_s: Option<f64>) -> Self {
         let tracked = || run.frames.iter().filter(settled(scenario));
-        let lateral = || tracked().map(|f| f.truth.lateral_m);
-        let heading = || tracked().map(|f| f.truth.heading_rad);
+        let along = || tracked().filter(|frame| goes_along(frame));
+        let lateral = || along().map(|f| f.truth.lateral_m);
+        let heading = || along().map(|f| f.truth.heading_rad);
         let lateral_error = tracked().filter_map(|f| Some(f.measurement.lateral_m? - f.truth.lateral_m));
         let heading_error = tracked().filter_map(|f| Some(f.measurement.heading_rad? - f.truth.heading_rad));
         let valid = tracked().filter(|f| f.measurement.lateral_m.is_some() && f.measurement.heading_rad.is_some()).count();
@@ -319,7 +335,7 @@ fn first_broken(scenario: &Scenario, run: &RunRecord, metric: &str, bound: &Boun
     let of_tracking = matches!(metric, "lateral_max_m" | "heading_max_rad");
     run.frames
         .iter()
-        .filter(|frame| !of_tracking || settled(scenario)(frame))
+        .filter(|frame| !of_tracking || (settled(scenario)(frame) && goes_along(frame)))
         .find(|frame| value(frame).is_some_and(|v| !bound.holds(Measured::Number(v))))
         .map(|frame| frame.time_s)
 }
@@ -422,6 +438,29 @@ mod tests {
         assert_eq!(metrics.contact_speed_max_m_s, 0.2);
         // Each wheel's command changes by 0.1 rad/s a frame, 30 frames a second.
         assert!(metrics.control_effort.is_some_and(|effort| (effort - 3.0).abs() < 1e-9), "{metrics:?}");
+    }
+
+    /// Turning on the spot at 0.7 rad/s, backing at 0.1 m/s: neither has errors; a bend of 0.2 m has, and who stands has.
+    #[test]
+    fn turning_round_and_backing_out_have_no_errors_of_tracking() {
+        let mut turning = run(&[0.0, 3.0, 50.0, 60.0, -4.0, 1.0], EndState::Finished);
+        for (frame, [speed_m_s, yaw_rate_rad_s]) in
+            turning.frames[2..].iter_mut().zip([[0.01, 0.7], [-0.1, 0.0], [0.14, 0.7], [0.0; 2]])
+        {
+            (frame.truth.speed_m_s, frame.truth.yaw_rate_rad_s) = (speed_m_s, yaw_rate_rad_s);
+        }
+        turning.frames[2].truth.heading_rad = 2.0;
+        turning.frames[3].truth.heading_rad = 3.1;
+        let metrics = Metrics::of(&scenario("lateral_max_mm = 5.0"), &turning, None);
+        let close = |value: Option<f64>, to: f64| value.is_some_and(|v| (v - to).abs() < 1e-12);
+        assert!(
+            close(metrics.lateral_rms_m, (26.0_f64 / 3.0).sqrt() * 1e-3) && close(metrics.lateral_max_m, 4e-3),
+            "{metrics:?}"
+        );
+        assert!(close(metrics.heading_rms_rad, 0.02) && close(metrics.heading_max_rad, 0.02), "{metrics:?}");
+        let scenario = scenario("lateral_max_mm = 3.5");
+        let (_, reasons) = judge(&scenario, &turning, &metrics);
+        assert_eq!(reasons.iter().map(|reason| reason.at_s).collect::<Vec<_>>(), [Some(4.0)]);
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use ductloop::scenario::study_file::StudyFile;
 use ductloop::scenario::sweep_file::SweepFile;
 
 /// A fenced block of a document.
@@ -139,7 +140,14 @@ fn files_that_are_shown_are_valid() {
     let straight = read("scenarios/straight.toml");
     for file in documents() {
         for block in blocks(&read(&file)).iter().filter(|block| block.language == "toml" && block.text.contains("kind = ")) {
-            if block.text.contains("kind = \"sweep\"") {
+            if block.text.contains("kind = \"study\"") {
+                let bases = ["straight-offset", "straight-fast", "fittings/elbow-left", "fittings/elbow-right"]
+                    .map(|name| (format!("../{name}.toml"), read(format!("scenarios/{name}.toml"))));
+                let bases: Vec<(&str, &str)> = bases.iter().map(|(name, text)| (name.as_str(), text.as_str())).collect();
+                if let Err(wrong) = StudyFile::from_toml_str(&block.text, &bases) {
+                    panic!("{}:\n{wrong}", file.display());
+                }
+            } else if block.text.contains("kind = \"sweep\"") {
                 if let Err(wrong) = SweepFile::from_toml_str(&block.text, &[("../straight.toml", &straight)]) {
                     panic!("{}:\n{wrong}", file.display());
                 }

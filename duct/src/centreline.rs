@@ -229,12 +229,13 @@ impl Centreline {
     }
 
     /// As [`Self::project`] for something that faces along `facing`, in the world: in a dead end it is on the way back as soon as it
-    /// faces back, although it has not come as far as the path goes. What has come out of a dead end backwards and goes on from the junction
-    /// before it is on the way out once it is outside the duct by which the path leads in.
+    /// faces back, although it has not come as far as the path goes. What has been in the dead end (`farthest_m`, how far along the path it has
+    /// come so far, is nearly the turn's place), has come out of it backwards and goes on from the junction before it is on the way out once
+    /// it is outside the duct by which the path leads in.
     ///
     /// # Panics
     /// If the path has no segments.
-    pub fn project_facing(&self, point: &Point3<f64>, facing: &Vector3<f64>, near: usize) -> PathPoint {
+    pub fn project_facing(&self, point: &Point3<f64>, facing: &Vector3<f64>, near: usize, farthest_m: f64) -> PathPoint {
         /// More than 120 degrees off the path's direction is facing back.
         const FACING_BACK: f64 = -0.5;
         let at = self.project(point, near);
@@ -244,16 +245,22 @@ impl Centreline {
         let there = if faces_back {
             self.same_place_on_the_way_back(at.segment)
         } else if is_outside {
-            self.holding_on_the_way_back(point, at.segment)
+            self.holding_on_the_way_back(point, at.segment, farthest_m)
         } else {
             None
         };
         there.map_or(at, |segment| self.project(point, segment))
     }
 
-    /// The first segment on the way back out of a dead end in which the point lies.
-    fn holding_on_the_way_back(&self, point: &Point3<f64>, index: usize) -> Option<usize> {
+    /// The first segment on the way back out of a dead end in which the point lies, if what is there has come nearly as far as the path goes
+    /// in.
+    fn holding_on_the_way_back(&self, point: &Point3<f64>, index: usize, farthest_m: f64) -> Option<usize> {
+        /// Before a wall one turns back nearer to it or farther off than the path does.
+        const NEARLY_M: f64 = 0.5;
         let turn = index + 1 + self.segments[index + 1..].iter().position(|segment| segment.turns_back)?;
+        if farthest_m < self.segments[turn].start_m - NEARLY_M {
+            return None;
+        }
         let holds = |segment: &Segment| {
             let (along_m, lateral_m) = segment.project(point);
             (0.0..=segment.length_m).contains(&along_m) && lateral_m.abs() <= segment.width_at_m(along_m) / 2.0

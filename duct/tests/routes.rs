@@ -191,7 +191,7 @@ fn projection_stays_on_its_own_pass() {
         let point = path.pose_at(distance) * Point3::new(0.0, 0.05, 0.0);
         let forward = path.pose_at(distance).rotation * Vector3::x();
         // Just behind a turn, by its place alone a point could as well be just before it.
-        let at = path.project_facing(&point, &forward, near);
+        let at = path.project_facing(&point, &forward, near, distance);
         assert!((at.distance_m - distance).abs() < 1e-9, "{distance}: {}", at.distance_m);
         assert!((at.lateral_m - 0.05).abs() < 1e-9);
         if near == at.segment {
@@ -210,8 +210,8 @@ fn projection_stays_on_its_own_pass() {
     // Short of the turn but facing back: on the way back.
     let place = path.pose_at(turn_m - 0.3);
     let (point, ahead) = (place * Point3::origin(), place.rotation * Vector3::x());
-    assert!((path.project_facing(&point, &ahead, turn - 1).distance_m - (turn_m - 0.3)).abs() < 1e-9);
-    assert!((path.project_facing(&point, &-ahead, turn - 1).distance_m - (turn_m + 0.3)).abs() < 1e-9);
+    assert!((path.project_facing(&point, &ahead, turn - 1, turn_m).distance_m - (turn_m - 0.3)).abs() < 1e-9);
+    assert!((path.project_facing(&point, &-ahead, turn - 1, turn_m).distance_m - (turn_m + 0.3)).abs() < 1e-9);
 }
 
 #[test]
@@ -311,17 +311,24 @@ fn what_backs_out_of_a_branch_is_on_the_way_back_once_it_goes_on() {
     let way_in = (0..100).map(|step| turn_m * f64::from(step) / 100.0);
     for distance in way_in.clone().chain(way_in.rev().filter(|distance| *distance > 0.4)) {
         let pose = path.pose_at(distance);
-        let at = path.project_facing(&(pose * Point3::origin()), &(pose.rotation * Vector3::x()), near);
+        let at = path.project_facing(&(pose * Point3::origin()), &(pose.rotation * Vector3::x()), near, turn_m);
         assert!((at.distance_m - distance).abs() < 1e-9 && at.lateral_m.abs() < 1e-9, "{distance}: {at:?}");
         near = at.segment;
     }
     // From before the tee straight past it: the path comes round its corner.
     let start = path.pose_at(0.4);
-    let at = |along_m: f64, near: usize| path.project_facing(&(start * Point3::new(along_m, 0.0, 0.0)), &Vector3::x(), near);
+    let at = |along_m: f64, near: usize, farthest_m: f64| {
+        path.project_facing(&(start * Point3::new(along_m, 0.0, 0.0)), &Vector3::x(), near, farthest_m)
+    };
+    let (mut skipped, mut farthest_m) = (near, 0.0_f64);
     for step in 0..=160 {
-        near = at(0.01 * f64::from(step), near).segment;
+        near = at(0.01 * f64::from(step), near, turn_m).segment;
+        // Who never was in the branch, and goes straight past it, has not come out of it.
+        let past = at(0.01 * f64::from(step), skipped, farthest_m);
+        (skipped, farthest_m) = (past.segment, farthest_m.max(past.distance_m));
     }
-    let there = at(1.6, near);
+    assert!(at(1.6, skipped, farthest_m).distance_m < turn_m, "it has left the path");
+    let there = at(1.6, near, turn_m);
     // Half a metre behind the tee, 2.5 m before the end of the duct.
     assert!((there.distance_m - (path.length_m() - 2.5)).abs() < 1e-9 && there.lateral_m.abs() < 1e-9, "{there:?}");
 }

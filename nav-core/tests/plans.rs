@@ -6,3 +6,5 @@ mod ahead;
 mod course;
 #[path = "plans/plan.rs"]
 mod plan;
+#[path = "plans/wheels.rs"]
+mod wheels;

@@ -93,6 +93,8 @@ pub struct World {
     tick: Tick,
     cell: CellId,
     segment: usize,
+    /// How far along the path the base has come so far, in metres.
+    farthest_m: f64,
     /// Colliders of the floors' planes.
     floors: Vec<ColliderHandle>,
     /// Floors near the robot's cell, where the network has several.
@@ -161,6 +163,7 @@ impl World {
             segment: network.centreline.segment_of(network.cells[cell].fitting),
             floors,
             near: Near::default(),
+            farthest_m: 0.0,
             wheel_cells: [cell; 4],
             grip: [grip; 4],
             disturbance: Disturbance::default(),
@@ -237,7 +240,8 @@ impl World {
             self.cell = cell;
             self.look_around();
         }
-        self.segment = self.path.project_facing(&inside, &(pose.rotation * Vector3::x()), self.segment).segment;
+        let at = self.path.project_facing(&inside, &(pose.rotation * Vector3::x()), self.segment, self.farthest_m);
+        (self.segment, self.farthest_m) = (at.segment, self.farthest_m.max(at.distance_m));
         Ok(())
     }
 
@@ -363,7 +367,7 @@ impl World {
         let bodies = &self.physics.bodies;
         let world_from_base = self.chassis.world_from_base(bodies);
         let ahead = world_from_base.rotation * Vector3::x();
-        let at = self.path.project_facing(&world_from_base.translation.vector.into(), &ahead, self.segment);
+        let at = self.path.project_facing(&world_from_base.translation.vector.into(), &ahead, self.segment, self.farthest_m);
         let up = world_from_base.rotation * Vector3::z();
         let [front_left, rear_left, front_right, rear_right] = self.chassis.wheel_speeds(bodies);
         let [left, right] = &self.drives;

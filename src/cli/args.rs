@@ -63,6 +63,8 @@ pub(crate) enum Command {
     Perceive(super::perceive::PerceiveArgs),
     /// Vary scenarios over a design of experiments: thousands of runs, and a table at the end
     Sweep(super::sweep::SweepArgs),
+    /// Seek parameters on some ducts, and hold the find against the default on others
+    Tune(super::tune::TuneArgs),
 }
 
 /// What changes a scenario on its way from file to run.
@@ -274,7 +276,8 @@ impl Command {
             | Self::Calibrate(_)
             | Self::Schema(_)
             | Self::Bench(_)
-            | Self::Sweep(_) => None,
+            | Self::Sweep(_)
+            | Self::Tune(_) => None,
         }
     }
 
@@ -291,6 +294,7 @@ impl Command {
             Self::Calibrate(args) => args.json,
             Self::Perceive(args) => args.json,
             Self::Sweep(args) => args.json(),
+            Self::Tune(args) => args.saying.json,
             Self::Schema(_) => false,
         }
     }

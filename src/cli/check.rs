@@ -12,7 +12,7 @@ use super::args::CheckArgs;
 use super::problem::{Problem, Problems};
 use super::streams::{print, print_json};
 use super::warnings::{self, Warning};
-use super::{accuracy, inputs};
+use super::{accuracy, inputs, tune};
 
 /// Carries it out.
 ///
@@ -29,6 +29,7 @@ pub(crate) fn command(args: &CheckArgs) -> Result<u8, Problem> {
             Some(FileKind::Accuracy) => study(input, args),
             Some(FileKind::Gauge) => gauge(input, args),
             Some(FileKind::Sweep) => sweep(input, args),
+            Some(FileKind::Study) => tuning(input, args),
             _ => {
                 scenarios.push(input.clone());
                 continue;
@@ -119,6 +120,20 @@ fn study(file: &Path, args: &CheckArgs) -> Result<Value, Problem> {
         "file": file.display().to_string(), "accuracy": study.name, "cells": cells, "poses": poses, "bounds": study.pass.len(),
         "warnings": [],
     }))
+}
+
+/// A tuning study: its row of the document.
+fn tuning(file: &Path, args: &CheckArgs) -> Result<Value, Problem> {
+    let study = tune::read(file, &args.overlay)?;
+    let (parameters, runs, overlaps) = (study.parameters.len(), study.runs, study.overlaps());
+    if !args.quiet && !args.json {
+        let about = if study.about.is_empty() { String::new() } else { format!(": {}", study.about) };
+        let (file, name, optimiser, seed) = (file.display(), &study.name, study.optimiser.word(), study.seed);
+        print(&format!("{file}: ok, `{name}`{about}\n  parameters: {parameters}, {optimiser}, {runs} runs, seed: {seed}"))?;
+    }
+    Ok(
+        json!({"file": file.display().to_string(), "study": study.name, "parameters": parameters, "runs": runs, "warnings": overlaps}),
+    )
 }
 
 /// An experiment with a gauge: its row of the document.

@@ -3,7 +3,7 @@
 //! - `args`: what may be typed; - `inputs`: files, folders and names to scenarios, all checked before anything runs, with their
 //!   `source`, a file or the library; - `list`, `new`: the library shown and copied;
 //! - `destination`: where results go, checked likewise; - `run`, `render`, `check`, `accuracy`, `calibrate`, `schema`,
-//!   `bench`: the commands; - `sweep`: designs of experiments and their steps;
+//!   `bench`: the commands; - `sweep`: designs of experiments and their steps; - `tune`: studies, whose generations are sweeps;
 //! - `progress`, `verdict_table`: what they show while and after; - `rendering`: opening what renders;
 //! - what `run` is made of: `seeds` (those that are asked for), `run_plan` (scenarios times seeds, each with its folder), `one_run`
 //!   (from first frame to folder), `jobs` (several at once), `seed_verdict`, `seed_table` (what the seeds of a scenario came to);
@@ -46,6 +46,7 @@ mod source;
 mod streams;
 mod sweep;
 mod truth_files;
+mod tune;
 mod verdict_table;
 mod warnings;
 
@@ -75,6 +76,7 @@ pub(crate) fn main() -> u8 {
         Command::Calibrate(args) => calibrate::command(args),
         Command::Perceive(args) => perceive::command(args),
         Command::Sweep(args) => sweep::command(args),
+        Command::Tune(args) => tune::command(args),
     };
     result.unwrap_or_else(|problem| {
         let code = problem.tell();

@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 use ductloop::calibrate::gauge;
-use ductloop::scenario::{self, accuracy_file, sweep_file};
+use ductloop::scenario::{self, accuracy_file, study_file, sweep_file};
 
 use super::problem::Problem;
 use super::streams::print_json;
@@ -30,6 +30,8 @@ pub(crate) enum Kind {
     Accuracy,
     /// A design of experiments: `ductloop sweep`
     Sweep,
+    /// A search over many runs: `ductloop tune`
+    Study,
     /// A calibration with a simulated block gauge: `ductloop calibrate --gauge`
     Gauge,
 }
@@ -43,6 +45,7 @@ pub(crate) fn command(args: &SchemaArgs) -> Result<u8, Problem> {
         Kind::Scenario => scenario::schema(),
         Kind::Accuracy => accuracy_file::schema(),
         Kind::Sweep => sweep_file::schema(),
+        Kind::Study => study_file::schema(),
         Kind::Gauge => gauge::schema(),
     };
     print_json(&schema).map(|()| 0)

@@ -9,7 +9,7 @@
 //! - `states`: how long the navigator was how sure, and why;
 //! - `thinning`: long series without the points that nobody sees;
 //! - [`accuracy`]: the page of an accuracy study, with the [`heat_map`]s of `accuracy_maps`;
-//! - [`sweep`]: that of a sweep.
+//! - [`sweep`]: that of a sweep; [`tune`]: that of a study.
 //!
 //! Colours are names in the page's style sheet, so that light, dark and printed pages each have their own.
 
@@ -30,6 +30,7 @@ mod survey;
 pub mod sweep;
 mod thinning;
 pub mod ticks;
+pub mod tune;
 mod unrolled;
 mod verdict;
 

@@ -39,6 +39,7 @@ mod resolve;
 mod rig_file;
 mod schema;
 mod source;
+pub mod study_file;
 pub mod sweep_file;
 mod text;
 mod tree;

@@ -5,7 +5,7 @@
 //! kind = "sweep"
 //! name = "duct-width"
 //! base = "../straight.toml"              # from this file's folder; or an array of several
-//! design = "grid"                        # or "one-at-a-time"; "sobol", "latin-hypercube", "random" with `samples`
+//! design = "grid"                        # or "one-at-a-time", "listed"; "sobol", "latin-hypercube", "random" with `samples`
 //! replicates = 5                         # runs of each point, each with a seed of its own
 //!
 //! [factor]                               # any field of a scenario by its path
@@ -33,12 +33,12 @@ use super::{Scenario, resolve};
 
 pub mod factor;
 mod factor_reader;
-mod reader;
+pub(in crate::scenario) mod reader;
 mod schema;
 mod settings;
 
 pub use factor::{Factor, Level, Levels};
-use reader::Reader;
+use reader::{Read, Reader};
 pub use schema::schema;
 
 /// Most values of one factor.
@@ -100,6 +100,8 @@ pub enum Design {
     Grid,
     /// The base itself, then each factor through its values, all else as in the base.
     OneAtATime,
+    /// The factors' values in step: all first ones, all second ones, and so on.
+    Listed,
     /// A Sobol sequence, scrambled by the seed (Burley 2020).
     Sobol {
         /// Points.
@@ -146,6 +148,7 @@ impl Design {
         match self {
             Self::Grid => "grid",
             Self::OneAtATime => "one-at-a-time",
+            Self::Listed => "listed",
             Self::Sobol { .. } => "sobol",
             Self::LatinHypercube { .. } => "latin-hypercube",
             Self::Random { .. } => "random",
@@ -159,15 +162,7 @@ impl SweepFile {
     /// # Errors
     /// Every error found: in the file, in a factor's values, in a base.
     pub fn read(path: &Path, overlays: &Overlays) -> Result<Self, Diagnostics> {
-        let folder = path.parent().unwrap_or(Path::new(""));
-        resolve(Typed::read(path, overlays), |base| {
-            let file = without_detours(&folder.join(base));
-            let typed = Typed::read(&file, &Overlays::default());
-            match typed.unreadable.is_empty() {
-                true => Ok((file.display().to_string(), typed.sources.text(0).to_owned())),
-                false => Err(Diagnostics(typed.unreadable)),
-            }
-        })
+        resolve(Typed::read(path, overlays), |base| beside(path, base))
     }
 
     /// The same from a text whose bases stand in `bases`, by the name that the text has for them; errors name it `sweep`.
@@ -175,10 +170,7 @@ impl SweepFile {
     /// # Errors
     /// Every error found.
     pub fn from_toml_str(text: &str, bases: &[(&str, &str)]) -> Result<Self, Diagnostics> {
-        resolve(Typed::from_text("sweep", text), |base| match bases.iter().find(|(name, _)| *name == base) {
-            Some((name, text)) => Ok(((*name).to_owned(), (*text).to_owned())),
-            None => Err(Diagnostics(vec![super::Diagnostic::of_file(base, "there is no such file", "check the name")])),
-        })
+        resolve(Typed::from_text("sweep", text), |base| among(bases, base))
     }
 
     /// The scenario of a base with settings laid over it and a seed.
@@ -190,6 +182,24 @@ impl SweepFile {
         let seed = format!("seed={seed}");
         let set = self.settings.iter().chain(settings).chain(std::iter::once(&seed));
         resolve::resolve(&Typed::from_text_with(file, text, set))
+    }
+}
+
+/// A base as a file in `path`'s folder names it: where it is, and its text.
+pub(in crate::scenario) fn beside(path: &Path, base: &str) -> Result<(String, String), Diagnostics> {
+    let file = without_detours(&path.parent().unwrap_or(Path::new("")).join(base));
+    let typed = Typed::read(&file, &Overlays::default());
+    match typed.unreadable.is_empty() {
+        true => Ok((file.display().to_string(), typed.sources.text(0).to_owned())),
+        false => Err(Diagnostics(typed.unreadable)),
+    }
+}
+
+/// The same out of texts, by the name that the file has for them.
+pub(in crate::scenario) fn among(bases: &[(&str, &str)], base: &str) -> Result<(String, String), Diagnostics> {
+    match bases.iter().find(|(name, _)| *name == base) {
+        Some((name, text)) => Ok(((*name).to_owned(), (*text).to_owned())),
+        None => Err(Diagnostics(vec![super::Diagnostic::of_file(base, "there is no such file", "check the name")])),
     }
 }
 
@@ -225,6 +235,26 @@ fn resolve(typed: Typed, load: impl Fn(&str) -> Result<(String, String), Diagnos
     if !reader.findings.is_empty() {
         return fail(reader.findings);
     }
+    match with_bases(read, &load) {
+        Ok(sweep) => Ok(sweep),
+        Err(WrongBases::Named(findings)) => fail(findings),
+        Err(WrongBases::Within(wrong)) => Err(wrong),
+    }
+}
+
+/// What is wrong with the bases of a file.
+pub(in crate::scenario) enum WrongBases {
+    /// Where they are named.
+    Named(Vec<Finding>),
+    /// In their own files.
+    Within(Diagnostics),
+}
+
+/// A sweep with its bases read by `load` (as the call can reach them, and their texts), each checked as it stands.
+pub(in crate::scenario) fn with_bases(
+    read: Read,
+    load: &impl Fn(&str) -> Result<(String, String), Diagnostics>,
+) -> Result<SweepFile, WrongBases> {
     let mut bases = Vec::new();
     let mut wrong = Vec::new();
     for (base, span) in &read.bases {
@@ -238,7 +268,7 @@ fn resolve(typed: Typed, load: impl Fn(&str) -> Result<(String, String), Diagnos
         }
     }
     if !wrong.is_empty() {
-        return fail(wrong);
+        return Err(WrongBases::Named(wrong));
     }
     let mut sweep = SweepFile { bases, ..read.sweep };
     // Paths may name an element that a base does not have: `duct.run[5].straight_m`.
@@ -254,7 +284,7 @@ fn resolve(typed: Typed, load: impl Fn(&str) -> Result<(String, String), Diagnos
         }
     }
     if !wrong.is_empty() {
-        return fail(wrong);
+        return Err(WrongBases::Named(wrong));
     }
     // Each base as it stands, with what is laid over all of them.
     let mut all = Vec::new();
@@ -265,7 +295,7 @@ fn resolve(typed: Typed, load: impl Fn(&str) -> Result<(String, String), Diagnos
         }
     }
     if !all.is_empty() {
-        return Err(Diagnostics(all));
+        return Err(WrongBases::Within(Diagnostics(all)));
     }
     for (index, base) in sweep.bases.iter().enumerate() {
         if let Some(other) = sweep.bases[..index].iter().find(|other| other.name == base.name) {
@@ -274,7 +304,7 @@ fn resolve(typed: Typed, load: impl Fn(&str) -> Result<(String, String), Diagnos
             wrong.push(Finding::new(span, message).help("a case is told by its base's name: give one of the two another `name`"));
         }
     }
-    if wrong.is_empty() { Ok(sweep) } else { fail(wrong) }
+    if wrong.is_empty() { Ok(sweep) } else { Err(WrongBases::Named(wrong)) }
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use ductloop_duct::network::Network;
 use ductloop_nav::course::DuctRecord;
-use ductloop_nav::mapping::{Closed, Closure, Height};
+use ductloop_nav::mapping::{Closed, Closure, Figure, Height};
 use serde::Serialize;
 
 use super::deposits::{self, RESOLVED_M, SurveyedDeposit};
@@ -57,6 +57,8 @@ pub struct SurveyedDuct {
     /// From where the passage before it ends (the first one from the start; a dead end's from its wall) to where the next begins; null
     /// where the end was not seen.
     pub length_m: Option<f64>,
+    /// Standard deviation of the length; null where that of an end is not known.
+    pub length_sigma_m: Option<f64>,
     /// Width; null where nothing measures it.
     pub width_m: Option<f64>,
     /// Standard deviation of the width.
@@ -73,6 +75,8 @@ pub struct SurveyedDuct {
     pub left_by: Option<&'static str>,
     /// Turn by which it was left, positive to the left.
     pub turn_deg: Option<f64>,
+    /// Standard deviation of that turn; null of a turn on the spot, and where none is known.
+    pub turn_sigma_deg: Option<f64>,
     /// Radius of that turn's arc; null where there is none.
     pub radius_m: Option<f64>,
     /// What was met in it: branches passed, and what it turned back or stopped before.
@@ -241,20 +245,32 @@ fn found(log: &DuctRecord, run: &RunRecord, number: usize) -> SurveyedDuct {
     let height: Option<Height> = run.notes.ceilings.height(number);
     let from_begin = |at_m: f64| at_m - log.begin_m.unwrap_or(0.0);
     let width_sigma_m = log.width_deviation_m;
+    let ends = run.notes.ends.of(&run.notes.ducts, number);
+    // By the walls at its ends, where those were seen.
+    let by_wall =
+        |logged_m: Option<f64>, figure: Option<Figure>| logged_m.map(|logged_m| figure.map_or(logged_m, |figure| figure.value));
+    let length_m = by_wall(log.begin_m, ends.begin_m).zip(by_wall(log.end_m, ends.end_m)).map(|(begin_m, end_m)| end_m - begin_m);
     let met = |met: &ductloop_nav::course::Met| Thing {
         fitting: met.fitting.word(),
         at_m: log.begin_m.map(|begin_m| met.at_m - begin_m),
     };
     SurveyedDuct {
-        length_m: log.begin_m.zip(log.end_m).map(|(begin_m, end_m)| end_m - begin_m),
+        length_m,
+        length_sigma_m: length_m.and_then(|length_m| ends.length_sigma_m(length_m)),
         width_m: width_sigma_m.map(|_| log.width_m),
         width_sigma_m,
         height_m: height.map(|height| height.height_m),
         height_sigma_m: height.map(|height| height.sigma_m),
         deposits: Vec::new(),
-        floor_seen_m: run.notes.floors.seen_m(number).map(|ends_m| ends_m.map(from_begin)),
+        // Light beyond the end is on another duct's floor, or on what the wall throws back.
+        floor_seen_m: run
+            .notes
+            .floors
+            .seen_m(number)
+            .map(|ends_m| ends_m.map(|at_m| from_begin(at_m)).map(|at_m| length_m.map_or(at_m, |length_m| at_m.min(length_m)))),
         left_by: log.by.map(|fitting| fitting.word()),
-        turn_deg: log.by.map(|_| log.turn_rad.to_degrees()),
+        turn_deg: log.by.map(|_| ends.turn_rad.map_or(log.turn_rad, |turn_rad| turn_rad.value).to_degrees()),
+        turn_sigma_deg: ends.turn_rad.map(|turn_rad| turn_rad.sigma.to_degrees()),
         radius_m: Some(log.radius_m).filter(|radius_m| log.by.is_some() && radius_m.is_finite() && *radius_m > 0.0),
         met: log.met.iter().map(met).collect(),
         truth: None,

@@ -2,7 +2,7 @@
 
 use ductloop_nav::ahead::DuctPlace;
 use ductloop_nav::course::DuctRecord;
-use ductloop_nav::mapping::{Ceilings, Closure, Floors, closure};
+use ductloop_nav::mapping::{Ceilings, Closure, Ends, Floors, Sureness, closure};
 use ductloop_nav::navigator::Report;
 use ductloop_nav::planar::{compose, inverse};
 
@@ -19,6 +19,8 @@ pub struct Notes {
     pub ceilings: Ceilings,
     /// What was seen of their floors.
     pub floors: Floors,
+    /// What was seen of where they end.
+    pub ends: Ends,
     /// The lit points; `None` where none are kept.
     pub cloud: Option<Cloud>,
 }
@@ -54,6 +56,9 @@ impl Notes {
             let place = DuctPlace { along_m, lateral_m, heading_rad, width_m: estimate.width_m };
             self.ceilings.take(duct, &place, report.stages.ranges);
             self.floors.take(duct, &place, report.stages.ranges);
+            // States 1 and 4 of the filter are the heading and x_ICR.
+            let sureness = Sureness { heading_rad: estimate.deviation(1), icr_m: estimate.deviation(4) };
+            self.ends.take(report.ducts, &place, &sureness, report.stages.ranges);
         }
         if let Some(cloud) = &mut self.cloud {
             cloud.add(&Standing::of(report, pose), report.stages.ranges);

@@ -47,6 +47,7 @@ impl<'a> Points<'a> {
         match self.sweep.design {
             Design::Grid => sizes.fold(1, u64::saturating_mul),
             Design::OneAtATime => 1 + sizes.sum::<u64>(),
+            Design::Listed => sizes.min().unwrap_or(1),
             Design::Sobol { samples } | Design::LatinHypercube { samples } | Design::Random { samples } => samples,
         }
     }
@@ -79,6 +80,7 @@ impl<'a> Points<'a> {
                 };
                 factors.iter().map(value).collect()
             }
+            Design::Listed => factors.iter().map(|factor| listed(factor).get(within as usize).cloned()).collect(),
             Design::Sobol { .. } | Design::LatinHypercube { .. } | Design::Random { .. } => {
                 factors.iter().enumerate().map(|(number, factor)| Some(factor.at(self.share(within, number)))).collect()
             }
@@ -169,6 +171,14 @@ mod tests {
         assert_eq!(changed, [0, 1, 1, 1, 1, 1]);
         assert_eq!(points.point(2).values[0].as_ref().map(Level::shown).as_deref(), Some("0.6"));
         assert_eq!(points.point(5).values[1].as_ref().map(Level::shown).as_deref(), Some("0.3"));
+    }
+
+    #[test]
+    fn listed_values_go_in_step() {
+        let sweep = sweep("design = \"listed\"", "duct.width_m = [0.4, 0.6]\nrobot.speed_m_s = [0.1, 0.3]");
+        let points = Points::of(&sweep);
+        let told = |index| points.point(index).values.iter().flatten().map(Level::shown).collect::<Vec<_>>().join(" ");
+        assert_eq!((points.count(), told(0), told(1)), (2, "0.4 0.1".into(), "0.6 0.3".into()));
     }
 
     #[test]

@@ -2,8 +2,9 @@
 
 use ductloop::Scenario;
 use ductloop::scenario::accuracy_file::{self, AccuracyFile};
+use ductloop::scenario::study_file::{self, StudyFile};
 use ductloop::scenario::sweep_file::{self, SweepFile};
-use ductloop::scenario::{fields, schema};
+use ductloop::scenario::{FileKind, fields, schema};
 use serde_json::Value;
 
 use super::{LEAST, files};
@@ -182,6 +183,9 @@ fn that_of_studies_accepts_what_their_reader_accepts() {
     let schema = accuracy_file::schema();
     for path in files("scenarios/studies", "toml") {
         let typed = std::fs::read_to_string(&path).expect("a study");
+        if FileKind::of(&typed) != Some(FileKind::Accuracy) {
+            continue;
+        }
         assert_eq!(violation(&schema, &to_json(&typed), ""), None, "{}", path.display());
     }
     let surface = "duct.surface = [\"galvanised\", \"painted\"]";
@@ -278,6 +282,53 @@ fn that_of_sweeps_and_their_reader_agree() {
         let text = SWEEP.replacen(from, to, 1);
         assert_eq!(violation(&schema, &to_json(&text), "").is_none(), taken, "the schema and {to}:\n{text}");
         assert_eq!(read(&text).is_ok(), taken, "the reader and {to}:\n{text}");
+    }
+}
+
+#[test]
+fn that_of_tuning_and_its_reader_agree() {
+    let schema = study_file::schema();
+    let mut seen = 0;
+    for path in files("scenarios/studies", "toml") {
+        let typed = std::fs::read_to_string(&path).expect("a study");
+        if FileKind::of(&typed) != Some(FileKind::Study) {
+            continue;
+        }
+        seen += 1;
+        assert_eq!(violation(&schema, &to_json(&typed), ""), None, "{}", path.display());
+        let read = StudyFile::read(&path, &Default::default()).unwrap_or_else(|wrong| panic!("{wrong}"));
+        assert_eq!(path.file_stem().and_then(|stem| stem.to_str()), Some(read.name.as_str()));
+        assert_eq!(read.overlaps(), Vec::<String>::new(), "{}", path.display());
+    }
+    assert!(seen >= 2, "{seen}");
+    const STUDY: &str = "format = 1\nkind = \"study\"\nname = \"s\"\nruns = 9\n[parameter]\nrobot.speed_m_s = { from = 0.1, to = 0.5 }\n\
+                         [train]\nbase = \"b.toml\"\n[held_out]\nbase = [\"b.toml\"]\nseed = 9\n[objective]\nweights = { lateral_rms_m = 1.0 }\n";
+    let speed = "robot.speed_m_s = { from = 0.1, to = 0.5 }";
+    let weights = "weights = { lateral_rms_m = 1.0 }";
+    for (from, to, taken) in [
+        ("", "", true),
+        (speed, "robot.speed_m_s = { from = 0.1, to = 0.5, scale = \"log\" }", true),
+        (weights, "over = 0.9\nweights = { lateral_rms_m = 1, collisions = 2.5 }", true),
+        (weights, "weights = { lateral_rms_m = 1 }\n[constraints]\nfinishes = false\nmost = { collisions = 0 }", true),
+        (weights, "weights = { lateral_rms_m = 1 }\n[stop]\nstep = 0.01\ngenerations_without_gain = 3", true),
+        ("runs = 9", "runs = 9\noptimiser = \"sobol\"\nhalving = false", true),
+        ("\"study\"", "\"sweep\"", false),
+        ("runs = 9", "runs = 0", false),
+        ("runs = 9", "optimiser = \"simplex\"", false),
+        (speed, "robot.speed_m_s = { from = 0.1 }", false),
+        (speed, "robot.speed_m_s = { from = 0.1, to = 0.5, scale = \"root\" }", false),
+        ("[held_out]\nbase = [\"b.toml\"]\nseed = 9\n", "", false),
+        ("seed = 9", "seeds = 9", false),
+        (weights, "over = \"median\"\nweights = { lateral_rms_m = 1 }", false),
+        (weights, "weights = { lateral_rms = 1.0 }", false),
+        (weights, "weights = { lateral_rms_m = \"1\" }", false),
+        (weights, "weights = { lateral_rms_m = 1 }\n[constraints]\nmaximum = { collisions = 0 }", false),
+        (weights, "weights = { lateral_rms_m = 1 }\n[stop]\nstep = 2.0", false),
+    ] {
+        assert!(STUDY.contains(from), "{from}");
+        let text = STUDY.replacen(from, to, 1);
+        assert_eq!(violation(&schema, &to_json(&text), "").is_none(), taken, "the schema and {to}:\n{text}");
+        assert_eq!(StudyFile::from_toml_str(&text, &[("b.toml", LEAST)]).is_ok(), taken, "the reader and {to}:\n{text}");
     }
 }
 

@@ -22,9 +22,12 @@ use crate::ahead::{DuctPlace, Fitting, Stretch};
 use crate::control::{PathState, Twist};
 
 /// Narrowest duct in which this robot turns round on the spot, in metres: its nose's corners, 0.16 m ahead and 0.08 m aside, sweep a circle of
-/// 0.358 m; the rest is its place, which it knows to millimetres. Behind a passage it does so from this on, in metres.
+/// 0.358 m; the rest is its place, which it knows to millimetres.
 const ROUND_WIDTH_M: f64 = 0.375;
+/// Out of a passage it turns round this far before it, in metres.
 const ROOM_M: f64 = 0.5;
+/// A duct that widens on the way back is so much wider before it turns there, in metres.
+const WIDER_M: f64 = 0.02;
 /// It backs to this before a junction, in metres, so that the duct's walls and the junction are in view again.
 const BEFORE_JUNCTION_M: f64 = 1.0;
 /// It goes no nearer to where its duct began than this, in metres.
@@ -153,6 +156,11 @@ impl Course {
     /// Goes on backwards from where a frame shows it; says if it is in the duct before from now on.
     pub(super) fn back_out(&mut self, place: &DuctPlace) -> Option<Entered> {
         let pose = [place.along_m, place.lateral_m, place.heading_rad];
+        // Out of what was not told as a passage when it came in: what is seen to be wide enough lies ahead of it, and so it is behind the mouth.
+        if self.phase == Phase::BackingOut && place.width_m >= ROUND_WIDTH_M + WIDER_M {
+            self.phase = Phase::TurningRound;
+            return None;
+        }
         if let (Phase::BackingOut, Some(Step::Through(entry))) = (self.phase, self.trail.last().copied()) {
             let entry_pose = entry.passage.entry_from_exit(pose);
             let is_there = entry.passage.project(entry_pose).way_m < entry.passage.length_m() / 2.0;

@@ -110,8 +110,19 @@ impl Course {
         if self.along_m < detour.beside_m[1] {
             detour.beside_m[1] = detour.beside_m[1].max(self.ahead.thing_to_m(at_m) + TAIL_M + CLEAR_M);
         }
-        detour.next_m = self.ahead.stands_beyond(detour.beside_m[1] - TAIL_M + SHADOW_M);
+        let seen = *self.ahead.outlook();
+        // The wall of a dead end may be taken for a part of the thing, which then seems to go on up to it: it ends the way all the same.
+        let ends_m = seen.blocked_m.filter(|_| matches!(seen.fitting, Fitting::DeadEnd | Fitting::Drop));
+        let stands_m = self.ahead.stands_beyond(detour.beside_m[1] - TAIL_M + SHADOW_M);
+        detour.next_m = ends_m.into_iter().chain(stands_m).min_by(f64::total_cmp);
         self.phase = Phase::Passing(detour);
+        // Behind it a fitting is more than the way back into the middle, which the law finds by itself.
+        let is_fitting = !matches!(seen.fitting, Fitting::Unknown | Fitting::Straight | Fitting::Obstacle);
+        if self.along_m > detour.beside_m[1] && is_fitting {
+            self.trail.push(super::backing::Step::Aside(detour));
+            self.phase = Phase::Along;
+            return;
+        }
         if let Some(at_m) = detour.next_m.filter(|at_m| place.along_m >= at_m - self.params.stand_off_m - AT_REST_M) {
             self.log.blocked(Fitting::Obstacle, at_m);
             self.phase = Phase::AtTheEnd(End::Obstacle);

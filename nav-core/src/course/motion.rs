@@ -12,6 +12,10 @@ use crate::control::Twist;
 const CREEP_M_S: f64 = 0.03;
 /// How hard it brakes towards the end of turning round, in rad/s2.
 const ROUND_BRAKING_RAD_S2: f64 = 0.5;
+/// Slowest yaw rate meanwhile, in rad/s.
+const LEAST_TURN_RAD_S: f64 = 0.1;
+/// It is as slow as a bend asks for from this before it on, in metres.
+const SLOW_BEFORE_M: f64 = 0.05;
 
 /// The path at a place, as control laws take it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -49,7 +53,8 @@ impl Course {
             // Anticlockwise, and more slowly toward the end.
             Phase::TurningRound => {
                 let left_rad = (PI - heading_rad.abs()).max(0.0);
-                let yaw_rate_rad_s = self.params.turn_rate_rad_s.min((2.0 * ROUND_BRAKING_RAD_S2 * left_rad).sqrt().max(0.1));
+                let yaw_rate_rad_s =
+                    self.params.turn_rate_rad_s.min((2.0 * ROUND_BRAKING_RAD_S2 * left_rad).sqrt().max(LEAST_TURN_RAD_S));
                 Some(Twist { speed_m_s: 0.0, yaw_rate_rad_s })
             }
             Phase::AtTheEnd(_) => Some(Twist::default()),
@@ -74,7 +79,7 @@ impl Course {
         let mut most = speed_m_s;
         match (&self.phase, &self.planned) {
             (Phase::Entering(bend) | Phase::Leaving(bend), _) => most = most.min(in_bend(bend)),
-            (Phase::Along, Some(bend)) => most = most.min(before(bend.start_m() - self.along_m - 0.05, in_bend(bend))),
+            (Phase::Along, Some(bend)) => most = most.min(before(bend.start_m() - self.along_m - SLOW_BEFORE_M, in_bend(bend))),
             (Phase::TurningRound | Phase::AtTheEnd(_), _) => most = 0.0,
             (Phase::Passing(detour), _) => {
                 most *= detour::SPEED_SHARE;

@@ -101,7 +101,9 @@ impl Course {
     /// Before what it is to stand, in metres along the duct: what bars the way, or a junction at which its route ends.
     pub(super) fn stands_m(&self) -> Option<f64> {
         let Outlook { fitting, at_m, blocked_m, .. } = *self.ahead.outlook();
-        let is_goal = is_junction(fitting) && self.turn(fitting) == Some(Turn::Stop);
+        // Not the one that it is passing: what its route says next is not of that.
+        let is_ahead = is_junction(fitting) && self.passing.iter().all(Option::is_none);
+        let is_goal = is_ahead && self.turn(fitting) == Some(Turn::Stop);
         if is_goal { Some(at_m) } else { blocked_m }
     }
 

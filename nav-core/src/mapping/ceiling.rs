@@ -9,7 +9,7 @@
 //! What it does not do: a ceiling that slopes against the floor; ducts too short for the light to be on their ceiling over a piece of way,
 //! which have no height.
 
-use super::median;
+use super::{COMMON_1_M, median};
 use crate::ahead::DuctPlace;
 use crate::perception::{RangePoint, Upon};
 
@@ -33,9 +33,6 @@ const WANDERS_M: f64 = 0.02;
 const TURNING_RAD: f64 = 0.3;
 /// Pieces whose heights differ by more are not of one duct's ceiling, or not of a ceiling, in metres.
 const APART_M: f64 = 0.01;
-/// What all frames have in common, in 1/m: a twentieth of a pixel over focal length and base (380 px, 60 mm). Times height and distance
-/// it is an error of the height.
-const COMMON_1_M: f64 = 0.0022;
 
 /// A height with its standard deviation, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! A robot follows its route through drawn plans: it sees what a line scanner would, goes by wheels that are a little off, and ends up in
 //! the duct that the route names.
 
-use super::plan::{AT_M, HALF_M, WIDTH_M, Wall, elbow, plans, scan};
+use super::plan::{AT_M, HALF_M, WIDTH_M, Wall, across, elbow, plans, scan, shoed, side_wall, wye};
 use ductloop_nav::ahead::{self, DuctPlace, Fitting, Side};
 use ductloop_nav::course::route::Turn;
 use ductloop_nav::course::{Course, CourseParams, End, Mission};
@@ -264,5 +264,112 @@ fn what_leaves_too_little_is_not_passed() {
         });
         assert!(stopped && robot.course.end() == Some(End::Obstacle), "{boxes:?}: {:?} {:?}", robot.pose, robot.course.end());
         assert!(least_m > 0.02, "{boxes:?}: {least_m} m, {:?}", robot.pose);
+    }
+}
+
+/// Straight on past a junction, with a stop next: it drives on at its usual speed.
+#[test]
+fn a_stop_behind_a_junction_is_not_at_it() {
+    for fitting in [Fitting::Branch(Side::Left), Fitting::Cross] {
+        let walls = plans().into_iter().find(|(own, _)| *own == fitting).expect("a plan").1;
+        let mut robot = Robot::new(&[Turn::Straight, Turn::Stop]);
+        assert!(robot.until(&walls, |robot| robot.course.junctions() == 1), "{fitting:?}");
+        while robot.pose[0] < AT_M + WIDTH_M {
+            robot.frame(&walls);
+            let here = robot.course.path(0.0, robot.lateral_m, robot.heading_rad);
+            assert!(here.slowing < 0.01 && robot.course.end().is_none(), "{fitting:?} at {:?}: {here:?}", robot.pose);
+        }
+    }
+}
+
+/// Behind a box that is passed the duct ends: the robot stands before its wall, whatever is left of the way back into the middle.
+#[test]
+fn the_end_of_a_duct_behind_a_thing_is_seen() {
+    let thing = [[AT_M, -HALF_M], [AT_M + 0.25, -0.05]];
+    for end_m in [AT_M + 0.9, AT_M + 1.1, AT_M + 1.6] {
+        let mut walls = with_boxes(&[thing]);
+        walls.push([[end_m, HALF_M], [end_m, -HALF_M]]);
+        let mut robot = Robot::new(&[Turn::Stop]);
+        let mut least_m = f64::INFINITY;
+        let stopped = (0..1500).any(|_| {
+            robot.frame(&walls);
+            least_m = least_m.min(clearance_m(robot.pose, thing));
+            robot.course.end().is_some()
+        });
+        assert!(stopped && least_m > 0.02, "{end_m}: {:?} {:?}, {least_m} m", robot.pose, robot.course.outlook());
+        let left_m = end_m - robot.pose[0];
+        assert!((0.19..0.32).contains(&left_m), "{end_m}: {left_m} m left, {:?}", robot.course.end());
+    }
+}
+
+/// Into a leg of a wye and into branches with shoes, along the middle.
+#[test]
+fn wyes_and_shoed_branches_are_driven_into() {
+    let legs = [30.0_f64, 45.0].map(|turn_deg| wye(turn_deg.to_radians(), 0.9 * WIDTH_M));
+    let shoes = [(0.125, true), (0.125, false), (0.25, false)].map(|(shoe_m, is_near)| {
+        let (walls, middle_m) = shoed(shoe_m, is_near);
+        (walls, [middle_m, HALF_M, std::f64::consts::FRAC_PI_2])
+    });
+    for (index, (walls, [x, y, turn_rad])) in legs.into_iter().chain(shoes).enumerate() {
+        let mut robot = Robot::new(&[Turn::Left]);
+        let (sin, cos) = libm::sincos(turn_rad);
+        // Along the middle behind it, and beside it.
+        let behind = |robot: &Robot| {
+            let (dx, dy) = (robot.pose[0] - x, robot.pose[1] - y);
+            [cos * dx + sin * dy, cos * dy - sin * dx]
+        };
+        let arrived = robot.until(&walls, |robot| behind(robot)[0] > 1.8 && robot.pose[2] > 0.5 * turn_rad);
+        assert!(arrived, "{index}: {:?} {:?} {:?}", robot.pose, robot.course.end(), robot.course.outlook());
+        let [_, aside_m] = behind(&robot);
+        assert!(aside_m.abs() < 0.015 && (robot.pose[2] - turn_rad).abs() < 0.03, "{index}: {aside_m} m aside, {:?}", robot.pose);
+        assert_eq!(robot.course.junctions(), 1, "{index}");
+    }
+}
+
+/// A wall before which it came to rest, and that turns out to stand farther off: it drives up to it, and the log has it there. (Over the
+/// last metre it sees a wall half a metre nearer, which is gone when it stands.)
+#[test]
+fn what_turns_out_to_be_farther_off_is_driven_up_to() {
+    let capped = |at_m: f64| vec![side_wall(HALF_M, 0.0, at_m), side_wall(-HALF_M, 0.0, at_m), across(at_m, -HALF_M, HALF_M)];
+    let mut robot = Robot::new(&[]);
+    let stands = |robot: &Robot| robot.course.end() == Some(End::DeadEnd);
+    let stood = (0..900).any(|_| {
+        let at_m = if robot.pose[0] > AT_M - 1.0 { AT_M - 0.5 } else { AT_M };
+        robot.frame(&capped(at_m));
+        stands(&robot)
+    });
+    assert!(stood && robot.pose[0] < AT_M - 0.5, "{:?}", robot.pose);
+    assert!(robot.until(&capped(AT_M), |robot| !stands(robot)), "it stays at {:?}: {:?}", robot.pose, robot.course.outlook());
+    assert!(robot.until(&capped(AT_M), stands), "{:?}", robot.pose);
+    assert!((0.2..0.3).contains(&(AT_M - robot.pose[0])), "{:?}", robot.pose);
+    let met: Vec<_> = robot.course.log().ducts()[0].met.iter().map(|met| (met.fitting, (met.at_m - AT_M).abs() < 0.05)).collect();
+    assert_eq!(met, [(Fitting::DeadEnd, true)]);
+}
+
+/// A robot that believed to stand 0.25 rad askew, until the walls put it right: what it saw from there is forgotten, so that a dead end
+/// is told at once again for what it is. Without that the rays of both places contradict each other.
+#[test]
+fn rays_of_a_place_that_was_wrong_are_forgotten() {
+    let walls = plans().into_iter().find(|(own, _)| *own == Fitting::DeadEnd).expect("a plan").1;
+    for off_rad in [-0.25, 0.25] {
+        let mut course = Course::new(CourseParams { speed_m_s: 0.25, ..CourseParams::default() });
+        course.advance(0.5);
+        let mut seen = Vec::new();
+        for step in 0..200 {
+            let along_m = 0.5 + 0.01 * f64::from(step);
+            let wrong_rad = if step < 100 { off_rad } else { 0.0 };
+            if step == 100 {
+                course.corrected(0.0, -off_rad);
+            }
+            let place = DuctPlace { along_m, lateral_m: 0.0, heading_rad: wrong_rad, width_m: WIDTH_M };
+            let _ = course.look(&place, &scan(&walls, [along_m, 0.0, 0.0], 0.2));
+            course.advance(0.01);
+            seen.push((along_m, course.outlook().fitting, course.outlook().at_m));
+        }
+        let soon = &seen[125..];
+        assert!(
+            soon.iter().all(|(_, fitting, at_m)| *fitting == Fitting::DeadEnd && (at_m - AT_M).abs() < 0.03),
+            "{off_rad}: {soon:?}"
+        );
     }
 }

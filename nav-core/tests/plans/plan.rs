@@ -15,6 +15,10 @@ pub(crate) const VIEW_RAD: f64 = 0.7;
 pub(crate) const BLOCKS: usize = 160;
 /// Range at which a laser that rises meets the ceiling, in metres.
 pub(crate) const CEILING_M: f64 = 2.6;
+/// The laser that falls meets a level floor so far ahead of the base, in metres, and falls by so much over that: 0.16 of a height of 0.17
+/// m.
+pub(crate) const FLOOR_M: f64 = 1.06;
+const FALL: f64 = 0.16;
 /// The junctions begin here, in metres.
 pub(crate) const AT_M: f64 = 3.0;
 
@@ -48,6 +52,80 @@ pub(crate) fn scan(walls: &[Wall], pose: [f64; 3], noise: f64) -> Vec<RangePoint
         points.push(RangePoint { point_in_base: Point3::new(x, y, 0.1), laser: 0, block, upon: Upon::Upright });
     }
     points
+}
+
+/// A floor that is no longer level from some place on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Floor {
+    /// A hole from here to there.
+    Hole { from_m: f64, to_m: f64 },
+    /// It falls away by this slope from here on.
+    Crest { from_m: f64, slope: f64 },
+}
+
+/// What [`scan`] shows, and what a laser that falls shows of the floor between these walls. A robot beyond a crest stands on what falls.
+pub(crate) fn scan_with_floor(walls: &[Wall], floor: Floor, pose: [f64; 3], noise: f64) -> Vec<RangePoint> {
+    let mut points = scan(walls, pose, noise);
+    let level = |x: f64, upon: Upon| (x, upon);
+    for block in 0..BLOCKS {
+        let upright = points[block].point_in_base;
+        let tangent = libm::tan(VIEW_RAD) * (1.0 - 2.0 * (block as f64 + 0.5) / BLOCKS as f64);
+        let (x, upon) = match floor {
+            Floor::Hole { from_m, to_m } if (from_m..to_m).contains(&(pose[0] + FLOOR_M)) => level(FLOOR_M, Upon::Nothing),
+            // The plane of the light and that of the floor behind the crest meet farther on.
+            Floor::Crest { from_m, slope } if pose[0] < from_m && pose[0] + FLOOR_M > from_m => {
+                let over_m = pose[0] + FLOOR_M - from_m;
+                let x = from_m - pose[0] + over_m * FALL / (FALL - slope);
+                points.push(below(x, tangent, block, upright.x));
+                level(FLOOR_M, Upon::Nothing)
+            }
+            Floor::Hole { .. } | Floor::Crest { .. } => level(FLOOR_M, Upon::Floor),
+        };
+        // A wall that stands nearer has the light.
+        if x < upright.x {
+            let point_in_base = Point3::new(x, (x - CAMERA_M) * tangent, 0.0);
+            points.push(RangePoint { point_in_base, laser: 1, block, upon });
+        }
+    }
+    points
+}
+
+/// Light on a floor that falls away, or none where a wall stands nearer.
+fn below(x: f64, tangent: f64, block: usize, wall_m: f64) -> RangePoint {
+    let upon = if x < wall_m { Upon::Below } else { Upon::Air };
+    RangePoint { point_in_base: Point3::new(x.min(wall_m), (x.min(wall_m) - CAMERA_M) * tangent, -0.02), laser: 1, block, upon }
+}
+
+/// A wye whose legs leave a duct of 0.5 m by this angle, each of this width: its walls, and the middle line of the left leg (a point and
+/// the heading).
+pub(crate) fn wye(turn_rad: f64, leg_m: f64) -> (Vec<Wall>, [f64; 3]) {
+    let (sin, cos) = libm::sincos(turn_rad);
+    let along = |[x, y]: [f64; 2]| [[x, y], [x + 6.0 * cos, y + 6.0 * sin]];
+    // The crotch: on the middle, where the leg's inner wall crosses it.
+    let inner = [AT_M + leg_m * sin, HALF_M - leg_m * cos];
+    let crotch = [inner[0] - inner[1] * cos / sin, 0.0];
+    let mirrored = |[[ax, ay], [bx, by]]: Wall| [[ax, -ay], [bx, -by]];
+    let left = [side_wall(HALF_M, 0.0, AT_M), along([AT_M, HALF_M]), along(crotch)];
+    let walls = left.into_iter().chain(left.into_iter().map(mirrored)).collect();
+    (walls, [AT_M + leg_m / 2.0 * sin, HALF_M - leg_m / 2.0 * cos, turn_rad])
+}
+
+/// A branch to the left with a shoe of 45 degrees, this long, on the near or on the far side of its opening: the middle of the branch is
+/// at the second figure.
+pub(crate) fn shoed(shoe_m: f64, is_near: bool) -> (Vec<Wall>, f64) {
+    let (from, to) = if is_near { (AT_M + shoe_m, AT_M + shoe_m + WIDTH_M) } else { (AT_M, AT_M + WIDTH_M) };
+    let end = if is_near { to } else { to + shoe_m };
+    let (near_y, far_y) = if is_near { (HALF_M + shoe_m, HALF_M) } else { (HALF_M, HALF_M + shoe_m) };
+    let walls = vec![
+        side_wall(-HALF_M, 0.0, 9.0),
+        side_wall(HALF_M, 0.0, AT_M),
+        [[AT_M, HALF_M], [from, near_y]],
+        across(from, near_y, 9.0),
+        across(to, far_y, 9.0),
+        [[to, far_y], [end, HALF_M]],
+        side_wall(HALF_M, end, 9.0),
+    ];
+    (walls, (from + to) / 2.0)
 }
 
 pub(crate) fn side_wall(y: f64, from_m: f64, to_m: f64) -> Wall {

@@ -99,7 +99,7 @@ fn possible(plan: &Plan, about: &str, quiet: bool) -> Result<(), Problem> {
 }
 
 /// What a case's hash says of what renders.
-pub(super) fn renderer_id(rendering: &Rendering) -> String {
+pub(crate) fn renderer_id(rendering: &Rendering) -> String {
     match (&rendering.engine, rendering.adapter()) {
         (Engine::Cpu, _) | (_, None) => "cpu".to_owned(),
         (_, Some(adapter)) => format!("wgpu {} ({}, {})", adapter.name, adapter.driver, adapter.backend),

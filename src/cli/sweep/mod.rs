@@ -6,11 +6,11 @@
 use super::interrupt;
 use super::problem::Problem;
 
-mod args;
+pub(super) mod args;
 mod bar;
 mod engine;
-mod inputs;
-mod steps;
+pub(super) mod inputs;
+pub(super) mod steps;
 mod verdict;
 
 use args::Step;

@@ -169,7 +169,7 @@ fn open(place: &str) -> Result<(Plan, Store), Problem> {
 }
 
 /// The work of a shard with its bar; `None` if it was interrupted.
-fn carry_out(
+pub(crate) fn carry_out(
     plan: &Plan,
     store: &Store,
     rendering: &Rendering,
@@ -214,7 +214,7 @@ fn unwritable(error: &StoreError, option: &str) -> Problem {
         .help("choose another place")
 }
 
-pub(super) fn lost(error: &StoreError) -> Problem {
+pub(crate) fn lost(error: &StoreError) -> Problem {
     Problem::new(Problem::CANNOT_GO_ON, error.to_string())
 }
 

@@ -11,18 +11,19 @@ use crate::scenario::value;
 /// Keys that a factor's table may have.
 const FACTOR: [&str; 8] = ["from", "to", "levels", "scale", "mean", "deviation", "least", "most"];
 /// How a factor is written.
-pub(super) const FACTOR_HELP: &str = "as in `duct.width_m = [0.3, 0.5]`, `duct.width_m = { from = 0.3, to = 1.2, levels = 10 }` or, where \
+pub(in crate::scenario) const FACTOR_HELP: &str = "as in `duct.width_m = [0.3, 0.5]`, `duct.width_m = { from = 0.3, to = 1.2, levels = 10 }` or, where \
                                       the design draws, `sensor.error.pan_deg = { mean = 0.0, deviation = 0.2 }`";
 
 impl Reader<'_> {
-    pub(super) fn factors(&mut self, sampled: bool) -> Vec<Factor> {
+    /// The factors that stand below this key.
+    pub(in crate::scenario) fn factors(&mut self, key: &str, sampled: bool) -> Vec<Factor> {
         let mut factors = Vec::new();
-        if let Some(entry) = self.root.entry("factor")
+        if let Some(entry) = self.root.entry(key)
             && let Some(table) = self.table(entry)
         {
             self.factors_of("", table, sampled, &mut factors);
             if table.entries.is_empty() {
-                self.wrong(entry.key_span, "`[factor]` is empty: nothing is varied", FACTOR_HELP);
+                self.wrong(entry.key_span, format!("`[{key}]` is empty: nothing is varied"), FACTOR_HELP);
             }
         }
         factors
@@ -67,7 +68,9 @@ impl Reader<'_> {
         let levels = match &entry.node.value {
             Value::List(list) if !list.is_empty() => {
                 let levels: Vec<Level> = list.iter().map(|node| self.level(field, path, node)).collect();
-                if self.findings.len() == before {
+                // In step the same value may belong to several points.
+                let in_step = self.root.get("design").and_then(Node::as_text) == Some("listed");
+                if self.findings.len() == before && !in_step {
                     self.told_apart(path, list, &levels);
                 }
                 Levels::List(levels)

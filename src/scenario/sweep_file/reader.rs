@@ -1,7 +1,9 @@
 //! The keys of a sweep file, each value against what it must be.
 
 use super::factor_reader::FACTOR_HELP;
-use super::{Design, Factor, Finding, MOST_REPLICATES, MOST_SAMPLES, MOST_SOBOL, Span, StopRule, SweepFile, SweepPass, settings};
+use super::{
+    Design, Factor, Finding, Levels, MOST_REPLICATES, MOST_SAMPLES, MOST_SOBOL, Span, StopRule, SweepFile, SweepPass, settings,
+};
 use crate::metrics::Metrics;
 use crate::scenario::check::{NAME_RULE, is_name};
 use crate::scenario::fields;
@@ -31,27 +33,27 @@ const KEYS: [&str; 16] = [
     "pass",
 ];
 /// Fields of a scenario that say what the file is, and cannot be varied.
-pub(super) const OF_THE_FILE: [&str; 5] = ["format", "kind", "name", "about", "seed"];
+pub(in crate::scenario) const OF_THE_FILE: [&str; 5] = ["format", "kind", "name", "about", "seed"];
 
 /// A sweep whose bases are still to be read.
-pub(super) struct Read {
-    pub(super) sweep: SweepFile,
+pub(in crate::scenario) struct Read {
+    pub(in crate::scenario) sweep: SweepFile,
     /// Files of the bases as typed.
-    pub(super) bases: Vec<(String, Span)>,
+    pub(in crate::scenario) bases: Vec<(String, Span)>,
 }
 
 /// What is read, and what was wrong so far.
-pub(super) struct Reader<'a> {
-    pub(super) root: &'a Table,
-    pub(super) findings: Vec<Finding>,
+pub(in crate::scenario) struct Reader<'a> {
+    pub(in crate::scenario) root: &'a Table,
+    pub(in crate::scenario) findings: Vec<Finding>,
 }
 
 impl<'a> Reader<'a> {
-    pub(super) fn new(root: &'a Table) -> Self {
+    pub(in crate::scenario) fn new(root: &'a Table) -> Self {
         Self { root, findings: Vec::new() }
     }
 
-    pub(super) fn wrong(&mut self, span: Span, message: impl Into<String>, help: impl Into<String>) {
+    pub(in crate::scenario) fn wrong(&mut self, span: Span, message: impl Into<String>, help: impl Into<String>) {
         self.findings.push(Finding::new(span, message).help(help));
     }
 
@@ -67,8 +69,11 @@ impl<'a> Reader<'a> {
         }
         let bases = self.bases();
         let design = self.design();
-        let sampled = !matches!(design, Design::Grid | Design::OneAtATime);
-        let factors = self.factors(sampled);
+        let sampled = !matches!(design, Design::Grid | Design::OneAtATime | Design::Listed);
+        let factors = self.factors("factor", sampled);
+        if design == Design::Listed {
+            self.in_step(&factors);
+        }
         if self.root.get("factor").is_none() && sampled {
             self.wrong(Span::default(), "a design that draws needs a `[factor]` to draw", FACTOR_HELP);
         }
@@ -90,13 +95,37 @@ impl<'a> Reader<'a> {
         Some(Read { sweep, bases })
     }
 
-    /// Whether the file says that it is one, in a format that is read here.
+    /// In step, every factor has as many values as the others.
+    fn in_step(&mut self, factors: &[Factor]) {
+        let count = |factor: &Factor| match &factor.levels {
+            Levels::List(levels) => levels.len(),
+            Levels::Range { .. } | Levels::Normal { .. } => 0,
+        };
+        if let Some([first, other]) =
+            factors.first().and_then(|first| Some([first, factors.iter().find(|f| count(f) != count(first))?]))
+        {
+            let message = format!(
+                "`{}` has {} values and `{}` {}: in step, all have as many",
+                first.path,
+                count(first),
+                other.path,
+                count(other)
+            );
+            let span = self.root.entry("factor").map_or_else(Span::default, |entry| entry.key_span);
+            self.wrong(span, message, "list a value of each for every point, or choose `design = \"grid\"`");
+        }
+    }
+
     fn is_sweep(&mut self) -> bool {
-        let help = "a sweep has `format = 1` and `kind = \"sweep\"`; a scenario is for `ductloop run`";
+        self.is_of_kind(KIND, "a sweep has `format = 1` and `kind = \"sweep\"`; a scenario is for `ductloop run`")
+    }
+
+    /// Whether the file says that it is of this kind, in a format that is read here.
+    pub(in crate::scenario) fn is_of_kind(&mut self, kind: &str, help: &str) -> bool {
         match self.root.get(fields::KIND) {
-            Some(node) if node.as_text() == Some(KIND) => {}
+            Some(node) if node.as_text() == Some(kind) => {}
             Some(node) => {
-                self.wrong(node.span, "this file is no sweep", help);
+                self.wrong(node.span, format!("this file is no {kind}"), help);
                 return false;
             }
             None => {
@@ -117,7 +146,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    pub(super) fn unknown(&mut self, entry: &Entry, place: &str, known: &[&'static str]) {
+    pub(in crate::scenario) fn unknown(&mut self, entry: &Entry, place: &str, known: &[&'static str]) {
         let help = match nearest(&entry.key, known.iter().copied()) {
             Some(near) => format!("did you mean `{near}`?"),
             None if fields::root().child(&entry.key).is_some() => {
@@ -128,7 +157,7 @@ impl<'a> Reader<'a> {
         self.wrong(entry.key_span, format!("unknown key `{}` {place}", entry.key), help);
     }
 
-    fn name(&mut self) -> String {
+    pub(in crate::scenario) fn name(&mut self) -> String {
         match self.root.get("name") {
             Some(node) => match node.as_text().filter(|text| is_name(text)) {
                 Some(text) => return text.to_owned(),
@@ -139,7 +168,7 @@ impl<'a> Reader<'a> {
         String::new()
     }
 
-    fn text(&mut self, key: &str) -> String {
+    pub(in crate::scenario) fn text(&mut self, key: &str) -> String {
         match self.root.get(key).map(|node| (node.as_text(), node.span)) {
             Some((Some(text), _)) => text.to_owned(),
             Some((None, span)) => {
@@ -150,7 +179,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn integer(&mut self, key: &str, [least, most]: [i64; 2], default: i64) -> i64 {
+    pub(in crate::scenario) fn integer(&mut self, key: &str, [least, most]: [i64; 2], default: i64) -> i64 {
         let Some(node) = self.root.get(key) else { return default };
         match node.as_integer().filter(|value| (least..=most).contains(value)) {
             Some(value) => value,
@@ -165,7 +194,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn flag(&mut self, key: &str, default: bool) -> bool {
+    pub(in crate::scenario) fn flag(&mut self, key: &str, default: bool) -> bool {
         match self.root.get(key).map(|node| (&node.value, node.span)) {
             Some((Value::Flag(flag), _)) => *flag,
             Some((_, span)) => {
@@ -177,7 +206,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A number within bounds, if there is one.
-    pub(super) fn number(&mut self, table: &Table, key: &str, [least, most]: [f64; 2]) -> Option<f64> {
+    pub(in crate::scenario) fn number(&mut self, table: &Table, key: &str, [least, most]: [f64; 2]) -> Option<f64> {
         let node = table.get(key)?;
         let number = node.as_number().filter(|value| (least..=most).contains(value));
         if number.is_none() {
@@ -188,7 +217,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A whole number within bounds, if there is one.
-    fn count(&mut self, table: &Table, key: &str, [least, most]: [i64; 2]) -> Option<u64> {
+    pub(in crate::scenario) fn count(&mut self, table: &Table, key: &str, [least, most]: [i64; 2]) -> Option<u64> {
         let node = table.get(key)?;
         let count = node.as_integer().filter(|count| (least..=most).contains(count));
         if count.is_none() {
@@ -201,7 +230,7 @@ impl<'a> Reader<'a> {
         count.map(i64::unsigned_abs)
     }
 
-    fn bases(&mut self) -> Vec<(String, Span)> {
+    pub(in crate::scenario) fn bases(&mut self) -> Vec<(String, Span)> {
         const HELP: &str = "as in `base = \"../straight.toml\"`, from this file's folder, or an array of several";
         let Some(node) = self.root.get("base") else {
             self.wrong(Span::default(), "missing `base`: the scenario that is varied", HELP);
@@ -225,7 +254,7 @@ impl<'a> Reader<'a> {
     }
 
     fn design(&mut self) -> Design {
-        const WORDS: [&str; 5] = ["grid", "one-at-a-time", "sobol", "latin-hypercube", "random"];
+        const WORDS: [&str; 6] = ["grid", "one-at-a-time", "listed", "sobol", "latin-hypercube", "random"];
         let (word, span) = match self.root.get("design") {
             None => ("grid", Span::default()),
             Some(node) => (node.as_text().unwrap_or_default(), node.span),
@@ -240,6 +269,7 @@ impl<'a> Reader<'a> {
         let design = match word {
             "grid" => Design::Grid,
             "one-at-a-time" => Design::OneAtATime,
+            "listed" => Design::Listed,
             "sobol" => Design::Sobol { samples: samples(self) },
             "latin-hypercube" => Design::LatinHypercube { samples: samples(self) },
             "random" => Design::Random { samples: samples(self) },
@@ -249,7 +279,7 @@ impl<'a> Reader<'a> {
                 Design::Grid
             }
         };
-        if let (Design::Grid | Design::OneAtATime, Some(node)) = (design, self.root.get("samples")) {
+        if let (Design::Grid | Design::OneAtATime | Design::Listed, Some(node)) = (design, self.root.get("samples")) {
             let message = format!("design \"{}\" takes the values that its factors list, not `samples`", design.word());
             self.wrong(node.span, message, "leave it out, or choose `design = \"sobol\"`, `\"latin-hypercube\"` or `\"random\"`");
         }
@@ -257,7 +287,7 @@ impl<'a> Reader<'a> {
     }
 
     /// What is laid over every base.
-    fn settings(&mut self, factors: &[Factor]) -> Vec<String> {
+    pub(in crate::scenario) fn settings(&mut self, factors: &[Factor]) -> Vec<String> {
         let Some(entry) = self.root.entry("scenario") else { return Vec::new() };
         let Some(table) = self.table(entry) else { return Vec::new() };
         let settings = settings::of(table);
@@ -277,7 +307,7 @@ impl<'a> Reader<'a> {
         settings
     }
 
-    fn metrics(&mut self) -> Vec<String> {
+    pub(in crate::scenario) fn metrics(&mut self) -> Vec<String> {
         let all = || Metrics::NUMBERS.iter().map(|name| (*name).to_owned()).collect();
         let Some(node) = self.root.get("metrics") else { return all() };
         let Some(list) = node.as_list().filter(|list| !list.is_empty()) else {
@@ -341,7 +371,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    pub(super) fn table<'e>(&mut self, entry: &'e Entry) -> Option<&'e Table> {
+    pub(in crate::scenario) fn table<'e>(&mut self, entry: &'e Entry) -> Option<&'e Table> {
         let table = entry.node.as_table();
         if table.is_none() {
             let message = format!("`{}` is a table, but {} stands here", entry.key, entry.node.value.kind());

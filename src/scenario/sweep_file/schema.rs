@@ -30,7 +30,7 @@ pub fn schema() -> Value {
             "description": "The scenario files that are varied, from this file's folder.",
         },
         "design": {
-            "enum": ["grid", "one-at-a-time", "sobol", "latin-hypercube", "random"], "default": "grid",
+            "enum": ["grid", "one-at-a-time", "listed", "sobol", "latin-hypercube", "random"], "default": "grid",
             "description": "Which combinations of the factors' values are run.",
         },
         "samples": whole(1, MOST_SAMPLES, "Points of a design that draws them."),

@@ -1,0 +1,143 @@
+//! What a candidate's runs come to: a cost, and by how much they break the constraints.
+
+use serde::Serialize;
+
+use crate::metrics::Verdict;
+use crate::scenario::study_file::{Constraints, Objective, Over, StudyFile};
+use crate::sweep::outcome::Outcome;
+use crate::sweep::table::Row;
+
+/// What a candidate came to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Score {
+    /// What its runs cost together; of those that measured it all.
+    pub cost: f64,
+    /// By how much the constraints are broken: sum over runs and constraints of the excess, as a share of the bound; 0 if all are kept.
+    pub violation: f64,
+}
+
+/// What a run that has no figures counts for, in violations: more than a bound that is missed tenfold.
+const NO_RUN: f64 = 10.0;
+
+impl Score {
+    /// Whether every constraint is kept.
+    pub fn is_feasible(&self) -> bool {
+        self.violation == 0.0
+    }
+
+    /// One number to order candidates by: those that keep the constraints by their cost, behind all of them the others by how much they break
+    /// them (Deb, Computer Methods in Applied Mechanics and Engineering 186, 2000).
+    pub fn rank(&self) -> f64 {
+        /// More than any cost of a run.
+        const BROKEN: f64 = 1e12;
+        if self.is_feasible() { self.cost } else { BROKEN * (1.0 + self.violation) }
+    }
+}
+
+/// The weighted sum of a run's metrics; `None` if one was not measured.
+pub fn cost(objective: &Objective, outcome: &Outcome) -> Option<f64> {
+    objective.weights.iter().map(|(metric, weight)| Some(weight * outcome.metric(metric)?)).sum()
+}
+
+/// The default's run on the same duct with the same seed.
+pub fn counterpart<'a>(default: &'a [Row], row: &Row) -> Option<&'a Outcome> {
+    let is_same = |other: &&Row| other.case.at.base == row.case.at.base && other.case.seed == row.case.seed;
+    default.iter().find(is_same).map(|row| &row.outcome)
+}
+
+/// Which constraints a run breaks, each with the excess as a share of its bound; `default` is the default's run on the same duct with the same
+/// seed.
+pub fn broken(constraints: &Constraints, outcome: &Outcome, default: Option<&Outcome>) -> Vec<(String, f64)> {
+    let mut broken = Vec::new();
+    if matches!(outcome.verdict, Verdict::Error | Verdict::Timeout) {
+        broken.push(("a run that could not go on".to_owned(), NO_RUN));
+    }
+    if constraints.finishes && outcome.end_state.as_deref() != Some("finished") {
+        broken.push(("finishes".to_owned(), 1.0));
+    }
+    let share = |excess: f64, bound: f64| excess / bound.abs().max(1e-3);
+    for (metric, most) in &constraints.most {
+        match outcome.metric(metric) {
+            Some(value) if value <= *most => {}
+            Some(value) => broken.push((format!("most {metric}"), share(value - most, *most))),
+            None => broken.push((format!("most {metric}"), 1.0)),
+        }
+    }
+    for (metric, times) in &constraints.of_default {
+        // Where the default has no figure there is nothing to hold against.
+        let Some(most) = default.and_then(|default| default.metric(metric)).map(|value| times * value) else { continue };
+        match outcome.metric(metric) {
+            Some(value) if value <= most => {}
+            Some(value) => broken.push((format!("{times} times the default's {metric}"), share(value - most, most))),
+            None => broken.push((format!("{times} times the default's {metric}"), 1.0)),
+        }
+    }
+    for (metric, least) in &constraints.least {
+        match outcome.metric(metric) {
+            Some(value) if value >= *least => {}
+            Some(value) => broken.push((format!("least {metric}"), share(least - value, *least))),
+            None => broken.push((format!("least {metric}"), 1.0)),
+        }
+    }
+    broken
+}
+
+/// The costs of several runs as one.
+pub fn over(rule: Over, costs: &[f64]) -> f64 {
+    let mut sorted = costs.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    match (rule, sorted.len()) {
+        (_, 0) => f64::INFINITY,
+        (Over::Mean, count) => sorted.iter().sum::<f64>() / count as f64,
+        (Over::Worst, count) => sorted[count - 1],
+        // Between the two values that it falls between (Hyndman and Fan's definition 7).
+        (Over::Quantile(share), count) => {
+            let place = share * (count - 1) as f64;
+            let below = place.floor() as usize;
+            let above = (below + 1).min(count - 1);
+            sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
+        }
+    }
+}
+
+/// What these runs of a candidate come to, `default` being the default's runs.
+pub fn score(study: &StudyFile, rows: &[Row], default: &[Row]) -> Score {
+    let (mut costs, mut violation) = (Vec::new(), 0.0);
+    for row in rows {
+        match cost(&study.objective, &row.outcome) {
+            Some(cost) => costs.push(cost),
+            // What was not measured is not for nothing.
+            None => violation += 1.0,
+        }
+        let broken = broken(&study.constraints, &row.outcome, counterpart(default, row));
+        violation += broken.iter().map(|(_, excess)| excess).sum::<f64>();
+    }
+    Score { cost: over(study.objective.over, &costs), violation }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_are_put_together_as_the_study_says() {
+        let costs = [4.0, 1.0, 2.0, 3.0];
+        for (rule, value) in [
+            (Over::Mean, 2.5),
+            (Over::Worst, 4.0),
+            (Over::Quantile(0.5), 2.5),
+            (Over::Quantile(1.0), 4.0),
+            (Over::Quantile(0.0), 1.0),
+        ] {
+            assert_eq!(over(rule, &costs), value, "{rule:?}");
+        }
+        assert_eq!(over(Over::Mean, &[]), f64::INFINITY);
+    }
+
+    #[test]
+    fn who_breaks_a_constraint_is_behind_all_who_do_not() {
+        let [good, dear, off] = [(0.1, 0.0), (1e6, 0.0), (0.0, 0.1)].map(|(cost, violation)| Score { cost, violation });
+        assert!(good.rank() < dear.rank() && dear.rank() < off.rank());
+        assert!(off.rank() < Score { cost: 0.0, violation: 0.2 }.rank());
+    }
+}

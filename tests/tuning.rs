@@ -1,0 +1,103 @@
+//! `ductloop tune`, as it is called: the same best whoever runs it, gone on with after an interrupt, and what is wrong said.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn ductloop(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_ductloop")).args(arguments).output().expect("it runs")
+}
+
+/// A study of one parameter on a short duct with true errors, in a folder of its own.
+fn study(folder: &Path, edit: impl Fn(String) -> String) -> PathBuf {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+    let text = std::fs::read_to_string(root.join("studies/smoke.toml")).expect("the study");
+    let text = text.replace("\"../straight-offset.toml\"", &format!("{:?}", root.join("straight-offset.toml")));
+    let text = edit(text.replace("straight_m = 3.0", "straight_m = 2.0").replace("runs = 24", "runs = 14"));
+    let path = folder.join("study.toml");
+    std::fs::write(&path, text).expect("it is written");
+    path
+}
+
+fn tune(study: &Path, out: &Path, more: &[&str]) -> Output {
+    let (study, out) = (study.display().to_string(), out.display().to_string());
+    ductloop(&[&["tune", &study, "--out", &out], more].concat())
+}
+
+fn read(folder: &Path, file: &str) -> Vec<u8> {
+    std::fs::read(folder.join("smoke").join(file)).unwrap_or_else(|error| panic!("{file}: {error}"))
+}
+
+/// On one core and on two, begun anew and gone on with from half of its runs: the same best, the same trials, to the bit.
+#[test]
+fn the_best_follows_from_the_study_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = study(folder.path(), |text| text);
+    let outs = ["one", "two"].map(|name| folder.path().join(name));
+    for (out, threads) in outs.iter().zip(["1", "2"]) {
+        let told = tune(&file, out, &["--threads", threads, "--json"]);
+        assert_eq!(told.status.code(), Some(0), "{}", String::from_utf8_lossy(&told.stderr));
+        let document: serde_json::Value = serde_json::from_slice(&told.stdout).expect("one document");
+        assert_eq!(document["study"], "smoke");
+        assert!(document["best"]["cost"].as_f64() <= document["default"]["cost"].as_f64(), "{document:#}");
+        assert_eq!(document["held_out"]["comparison"]["pairs"], 6);
+    }
+    for file in ["best.toml", "trials.parquet", "summary.json", "study.json"] {
+        assert_eq!(read(&outs[0], file), read(&outs[1], file), "{file}");
+    }
+    assert!(String::from_utf8_lossy(&read(&outs[0], "report.html")).contains("<svg"));
+    // Half of its results are lost: they are run again, and nothing else changes.
+    let before = read(&outs[0], "summary.json");
+    let parts = outs[0].join("smoke/runs/parts");
+    let all: Vec<_> = std::fs::read_dir(&parts).expect("parts").flatten().map(|entry| entry.path()).collect();
+    for part in all.iter().take(all.len() / 2) {
+        std::fs::remove_file(part).expect("it goes");
+    }
+    assert_eq!(tune(&file, &outs[0], &["--quiet"]).status.code(), Some(0));
+    assert_eq!(read(&outs[0], "summary.json"), before);
+    // What was found is laid over a scenario.
+    let best = outs[0].join("smoke/best.toml").display().to_string();
+    let checked = ductloop(&["check", "straight-offset", "--with", &best]);
+    assert_eq!(checked.status.code(), Some(0), "{}", String::from_utf8_lossy(&checked.stderr));
+}
+
+#[test]
+fn what_is_wrong_is_said_before_anything_runs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("out");
+    let told = |edit: &dyn Fn(String) -> String, more: &[&str]| {
+        let told = tune(&study(folder.path(), edit), &out, more);
+        (told.status.code(), String::from_utf8_lossy(&told.stderr).into_owned())
+    };
+    for (edit, more, words) in [
+        (
+            &(|text: String| text.replace("from = 0.005, to = 0.1", "from = 0.1, to = 0.005")) as &dyn Fn(String) -> String,
+            &[][..],
+            "smaller one",
+        ),
+        (&|text: String| text.replace("control.koh-cho.landing", "control.koh-cho.landings"), &[], "names no field"),
+        (&|text: String| text.replace("lateral_rms_m", "lateral_rms"), &[], "no metric of a run"),
+        (&|text: String| text.replace("seed = 1001", "seed = 2"), &["--strict"], "trained on and held out"),
+    ] {
+        let (code, said) = told(edit, more);
+        assert_eq!(code, Some(2), "{said}");
+        assert!(said.contains(words) && said.contains("study.toml"), "{words}: {said}");
+    }
+    assert!(!out.exists(), "nothing was begun");
+    // Another study in the same folder is left alone.
+    std::fs::create_dir_all(out.join("smoke")).expect("a folder");
+    std::fs::write(out.join("smoke/study.json"), "{}").expect("it is written");
+    let (code, said) = told(&|text| text, &[]);
+    assert!(code == Some(2) && said.contains("holds another study") && said.contains("--force"), "{said}");
+}
+
+/// A bound that nobody keeps: the study is complete, says which bound it is, and finds nothing.
+#[test]
+fn constraints_that_no_candidate_keeps_are_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = study(folder.path(), |text| text.replace("most = { collisions = 0 }", "most = { lateral_rms_m = 1e-9 }"));
+    let told = tune(&file, &folder.path().join("out"), &[]);
+    let said = String::from_utf8_lossy(&told.stdout).into_owned();
+    assert_eq!(told.status.code(), Some(0));
+    assert!(said.contains("NO CANDIDATE keeps the constraints") && said.contains("most lateral_rms_m"), "{said}");
+    assert!(!folder.path().join("out/smoke/best.toml").exists());
+}
