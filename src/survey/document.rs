@@ -267,7 +267,7 @@ fn found(log: &DuctRecord, run: &RunRecord, number: usize) -> SurveyedDuct {
             .notes
             .floors
             .seen_m(number)
-            .map(|ends_m| ends_m.map(|at_m| from_begin(at_m)).map(|at_m| length_m.map_or(at_m, |length_m| at_m.min(length_m)))),
+            .map(|ends_m| ends_m.map(from_begin).map(|at_m| length_m.map_or(at_m, |length_m| at_m.min(length_m)))),
         left_by: log.by.map(|fitting| fitting.word()),
         turn_deg: log.by.map(|_| ends.turn_rad.map_or(log.turn_rad, |turn_rad| turn_rad.value).to_degrees()),
         turn_sigma_deg: ends.turn_rad.map(|turn_rad| turn_rad.sigma.to_degrees()),
