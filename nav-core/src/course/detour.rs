@@ -63,7 +63,7 @@ impl Detour {
     }
 
     /// Where it is back in the middle, in metres along the duct.
-    pub(super) fn to_m(&self) -> f64 {
+    pub(super) fn back_m(&self) -> f64 {
         self.beside_m[1] + LONGEST_SHIFT_M
     }
 
@@ -126,7 +126,7 @@ impl Course {
         if let Some(at_m) = detour.next_m.filter(|at_m| place.along_m >= at_m - self.params.stand_off_m - AT_REST_M) {
             self.log.blocked(Fitting::Obstacle, at_m);
             self.phase = Phase::AtTheEnd(End::Obstacle);
-        } else if place.along_m > detour.to_m() {
+        } else if place.along_m > detour.back_m() {
             self.trail.push(super::backing::Step::Aside(detour));
             self.phase = Phase::Along;
             self.ahead.passed();
@@ -148,7 +148,7 @@ mod tests {
             let on = detour.project([along_m, -0.1, 0.0]);
             assert!(on.lateral_m.abs() < 1e-12 && on.heading_rad.abs() < 1e-12 && on.curvature_1_m.abs() < 1e-12, "{on:?}");
         }
-        for along_m in [detour.from_m, detour.to_m()] {
+        for along_m in [detour.from_m, detour.back_m()] {
             assert!(detour.project([along_m, 0.0, 0.0]).lateral_m.abs() < 1e-12);
         }
         // Its slope and curvature are those of its own line.
