@@ -198,8 +198,8 @@ impl CmaEs {
         self.sigma *= libm::exp((c_sigma / d_sigma) * (length / chi - 1.0));
         // Equations 45 to 47.
         let gain = if goes_on { (c_c * (2.0 - c_c) * mu_eff).sqrt() } else { 0.0 };
-        for i in 0..n {
-            self.path_c[i] = (1.0 - c_c) * self.path_c[i] + gain * y_w[i];
+        for (path, y) in self.path_c.iter_mut().zip(&y_w) {
+            *path = (1.0 - c_c) * *path + gain * y;
         }
         let lost = if goes_on { 0.0 } else { c_c * (2.0 - c_c) };
         let keep = 1.0 + c_1 * lost - c_1 - c_mu * weights.iter().sum::<f64>();
