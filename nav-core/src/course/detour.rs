@@ -1,7 +1,7 @@
 //! Past a thing that stands beside the way: out of the duct's middle into the middle of what is free at its side, and back.
 //!
 //! The path goes aside by the quintic A (10 t^3 - 15 t^4 + 6 t^5), whose slope and curvature are zero at both ends (N. Hogan's minimum-jerk
-//! profile, J. Neuroscience 4, 1984), over at least [`SHIFT_M`]: at 0.12 m aside its steepest is 0.45 rad and its tightest radius 0.36 m.
+//! profile, J. Neuroscience 4, 1984), over at least half a metre: at 0.12 m aside its steepest is 0.45 rad and its tightest radius 0.36 m.
 
 use super::bend::OnPath;
 use super::{AT_REST_M, Course, End, Phase};
