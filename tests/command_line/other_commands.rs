@@ -38,7 +38,8 @@ fn the_schema_is_json_and_knows_the_fields() {
     assert_eq!(of("accuracy")["properties"]["poses"]["properties"]["count"]["type"], "integer");
     assert_eq!(of("gauge")["properties"]["gauge"]["properties"]["window_px"]["maximum"], 200);
     assert_eq!(of("sweep")["properties"]["design"]["default"], "grid");
-    workshop.run(&["schema", "--kind", "study"]).expect(2).saying(&["study", "scenario, accuracy, sweep, gauge"]);
+    assert_eq!(of("study")["properties"]["optimiser"]["default"], "cma-es");
+    workshop.run(&["schema", "--kind", "recipe"]).expect(2).saying(&["recipe", "scenario, accuracy, sweep, study, gauge"]);
 }
 
 #[test]
