@@ -294,8 +294,9 @@ mod tests {
     /// Published: A. Auger and N. Hansen, *A Restart CMA Evolution Strategy With Increasing Population Size*, CEC 2005, table of evaluations
     /// for n = 10, from anywhere in [-100, 100]^10 with a step size of 100, lambda 10: 1.61e3 on the sphere (problem 1) to 1e-6 in the mean,
     /// 6.50e3 on the ellipsoid of condition 1e6 (problem 3) to 1e-6, 1.08e4 on Rosenbrock's function (problem 6) to 1e-2, restarts
-    /// included. That CMA-ES had no negative weights. Hansen's own program (pycma 4.5.0), which has, takes 1610, 4180 and 5670 in the median
-    /// of the runs from such points, and 5170 on Rosenbrock's function from 0 with 0.1 to 1e-10.
+    /// included (quoted without the paper at hand). That CMA-ES had no negative weights. The bounds here are of what was run: Hansen's own
+    /// program (pycma 4.5.0), which has them, takes 1610, 4180 and 5670 in the median of the runs from such points, and 5170 on Rosenbrock's
+    /// function from 0 with 0.1 to 1e-10.
     #[test]
     fn it_takes_as_many_evaluations_as_were_published() {
         let anywhere = |seed: u64| (0..10).map(|i| 200.0 * uniform(seed, i, 7) - 100.0).collect::<Vec<f64>>();
