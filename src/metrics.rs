@@ -40,6 +40,11 @@ pub struct Metrics {
     pub lateral_estimate_rms_m: Option<f64>,
     /// RMS difference between measured and true heading.
     pub heading_estimate_rms_rad: Option<f64>,
+    /// RMS difference between the estimator's and the true offset; `None` without an estimator.
+    pub filtered_lateral_rms_m: Option<f64>,
+    /// Mean of minus the natural logarithm of the density that the estimator gives the true offset, heading and width, in metres and radians:
+    /// the less, the better it knows both them and its errors (I. J. Good 1952). `None` without an estimator.
+    pub filtered_log_loss: Option<f64>,
     /// Share of frames that gave both offset and heading.
     pub estimates_valid: Option<f64>,
     /// Contacts with anything but the floor.
@@ -132,13 +137,17 @@ impl Verdict {
     }
 }
 
-fn rms(values: impl Iterator<Item = f64>) -> Option<f64> {
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0usize);
     for value in values {
-        sum += value * value;
+        sum += value;
         count += 1;
     }
-    (count > 0).then(|| (sum / count as f64).sqrt())
+    (count > 0).then(|| sum / count as f64)
+}
+
+fn rms(values: impl Iterator<Item = f64>) -> Option<f64> {
+    mean(values.map(|value| value * value)).map(f64::sqrt)
 }
 
 fn greatest(values: impl Iterator<Item = f64>) -> Option<f64> {
@@ -168,7 +177,7 @@ fn goes_along(frame: &FrameRecord) -> bool {
 impl Metrics {
     /// Metrics that are numbers and bear on the result, by their names in the summary: all but `completed`, `end_state`,
     /// `stop_reason` and what depends on the machine.
-    pub const NUMBERS: [&str; 26] = [
+    pub const NUMBERS: [&str; 28] = [
         "distance_m",
         "sim_time_s",
         "lateral_rms_m",
@@ -177,6 +186,8 @@ impl Metrics {
         "heading_max_rad",
         "lateral_estimate_rms_m",
         "heading_estimate_rms_rad",
+        "filtered_lateral_rms_m",
+        "filtered_log_loss",
         "estimates_valid",
         "collisions",
         "contact_speed_max_m_s",
@@ -233,6 +244,10 @@ impl Metrics {
             heading_max_rad: greatest(heading()),
             lateral_estimate_rms_m: rms(lateral_error),
             heading_estimate_rms_rad: rms(heading_error),
+            filtered_lateral_rms_m: rms(tracked().filter_map(|f| Some(f.estimate?.lateral_m - f.truth.lateral_m))),
+            filtered_log_loss: mean(
+                tracked().filter_map(|f| f.estimate?.log_loss(f.truth.lateral_m, f.truth.heading_rad, f.width_m)),
+            ),
             estimates_valid: (count > 0).then(|| valid as f64 / count as f64),
             collisions: run.collisions.count,
             contact_speed_max_m_s: run.collisions.contact_speed_max_m_s,
@@ -271,6 +286,8 @@ impl Metrics {
             "heading_max_rad" => number(self.heading_max_rad),
             "lateral_estimate_rms_m" => number(self.lateral_estimate_rms_m),
             "heading_estimate_rms_rad" => number(self.heading_estimate_rms_rad),
+            "filtered_lateral_rms_m" => number(self.filtered_lateral_rms_m),
+            "filtered_log_loss" => number(self.filtered_log_loss),
             "estimates_valid" => number(self.estimates_valid),
             "collisions" => Measured::Number(f64::from(self.collisions)),
             "contact_speed_max_m_s" => Measured::Number(self.contact_speed_max_m_s),

@@ -38,8 +38,9 @@ fn the_best_follows_from_the_study_alone() {
         assert_eq!(told.status.code(), Some(0), "{}", String::from_utf8_lossy(&told.stderr));
         let document: serde_json::Value = serde_json::from_slice(&told.stdout).expect("one document");
         assert_eq!(document["study"], "smoke");
-        assert!(document["best"]["cost"].as_f64() <= document["default"]["cost"].as_f64(), "{document:#}");
-        assert_eq!(document["held_out"]["comparison"]["pairs"], 6);
+        let cost = |which: &str| document[which]["costs"]["cost"].as_f64();
+        assert!(cost("best") <= cost("default") && document["runs"].as_u64() <= Some(14), "{document:#}");
+        assert_eq!(document["held_out"]["found"][0]["comparisons"]["cost"]["pairs"], 6);
     }
     for file in ["best.toml", "trials.parquet", "summary.json", "study.json"] {
         assert_eq!(read(&outs[0], file), read(&outs[1], file), "{file}");
@@ -58,6 +59,80 @@ fn the_best_follows_from_the_study_alone() {
     let best = outs[0].join("smoke/best.toml").display().to_string();
     let checked = ductloop(&["check", "straight-offset", "--with", &best]);
     assert_eq!(checked.status.code(), Some(0), "{}", String::from_utf8_lossy(&checked.stderr));
+}
+
+/// Tracking against effort: a front, each of it an overlay, and what stands for it held out.
+#[test]
+fn several_objectives_give_a_front() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let two = "[objective.tracking]\nweights = { lateral_rms_m = 1.0 }\n[objective.effort]\nweights = { control_effort = 1.0 }\n";
+    let file = study(folder.path(), |text| {
+        text.replace("[objective]\nweights = { lateral_rms_m = 1.0 }\n", two).replace("runs = 14", "runs = 22")
+    });
+    let out = folder.path().join("out");
+    let told = tune(&file, &out, &["--json"]);
+    assert_eq!(told.status.code(), Some(0), "{}", String::from_utf8_lossy(&told.stderr));
+    let document: serde_json::Value = serde_json::from_slice(&told.stdout).expect("one document");
+    assert_eq!(document["optimiser"], "MO-CMA-ES");
+    let front = document["front"].as_array().expect("a front");
+    assert!(front.len() > 1, "{document:#}");
+    let of = |which: &str| -> Vec<f64> { front.iter().filter_map(|trial| trial["costs"][which].as_f64()).collect() };
+    for (i, a) in of("tracking").iter().enumerate() {
+        for (j, b) in of("tracking").iter().enumerate() {
+            assert!(i == j || !(a <= b && of("effort")[i] < of("effort")[j]), "{i} betters {j}");
+        }
+    }
+    for trial in front.iter().filter(|trial| trial["trial"] != 0) {
+        let overlay = out.join(format!("smoke/front/{}.toml", trial["trial"]));
+        let checked = ductloop(&["check", "straight-offset", "--with", &overlay.display().to_string()]);
+        assert_eq!(checked.status.code(), Some(0), "{}", String::from_utf8_lossy(&checked.stderr));
+    }
+    assert!(document["held_out"]["found"].as_array().is_some_and(|found| !found.is_empty()));
+    assert!(String::from_utf8_lossy(&read(&out, "report.html")).contains("The front"));
+}
+
+/// A program of thirty lines drives a study; killed and called again it goes on; what is no optimiser is told from one.
+#[test]
+fn another_program_proposes() {
+    if Command::new("python3").arg("--version").output().is_err() {
+        assert!(std::env::var_os("CI").is_none(), "CI must have python3");
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = study(folder.path(), |text| text.replace("runs = 14", "runs = 12"));
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/optimiser.py");
+    let command = format!("python3 '{}'", example.display());
+    let told = tune(&file, &folder.path().join("a"), &["--optimiser", &command, "--json"]);
+    assert_eq!(told.status.code(), Some(0), "{}", String::from_utf8_lossy(&told.stderr));
+    let document: serde_json::Value = serde_json::from_slice(&told.stdout).expect("one document");
+    assert_eq!((&document["optimiser"], &document["trials"]), (&"(1+1) evolution".into(), &6.into()), "{document:#}");
+
+    // It dies when it is asked for the third time, once.
+    let dies = folder.path().join("dies.py");
+    std::fs::write(&dies, "import json, os, sys\nasked = 0\nfor line in sys.stdin:\n    word = json.loads(line)['message']\n    \
+        if word == 'begin': print(json.dumps({'ready': 'mortal'}), flush=True)\n    \
+        if word == 'ask':\n        asked += 1\n        if asked == 3 and not os.path.exists('DIED'):\n            open('DIED', 'w')\n            \
+        sys.exit('out of ideas')\n        print(json.dumps({'candidates': [{'control.koh-cho.landing': 0.01 * asked}]}), flush=True)\n"
+        .replace("DIED", &folder.path().join("died").display().to_string()))
+    .expect("it is written");
+    let (out, command) = (folder.path().join("b"), format!("python3 '{}'", dies.display()));
+    let told = tune(&file, &out, &["--optimiser", &command]);
+    let said = String::from_utf8_lossy(&told.stderr).into_owned();
+    assert_eq!(told.status.code(), Some(3), "{said}");
+    assert!(said.contains("exit status: 1") && said.contains("out of ideas") && said.contains("optimiser.log"), "{said}");
+    let kept = read(&out, "candidates.jsonl");
+    let told = tune(&file, &out, &["--optimiser", &command]);
+    assert_eq!(told.status.code(), Some(0), "{}", String::from_utf8_lossy(&told.stderr));
+    assert!(read(&out, "candidates.jsonl").starts_with(&kept), "what was proposed is not proposed again");
+
+    for (command, code, words) in
+        [("no-such-program", 3, "not found"), ("echo hello; cat >/dev/null", 3, "answered `hello`"), ("", 2, "it is empty")]
+    {
+        let told = tune(&file, &folder.path().join("c"), &["--optimiser", command]);
+        let said = String::from_utf8_lossy(&told.stderr).into_owned();
+        assert!(told.status.code() == Some(code) && said.contains(words), "{command}: {said}");
+        assert!(!folder.path().join("c/smoke/study.json").exists(), "no study is left");
+    }
 }
 
 #[test]

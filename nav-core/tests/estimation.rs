@@ -348,3 +348,20 @@ fn standing_still_does_not_make_it_sure() {
     let sigma = filter.estimate().deviation(1);
     assert!(sigma > 0.9 * floor && sigma < 1.5 * floor, "{sigma} {floor}");
 }
+
+/// With independent errors the density is a product of normal ones.
+#[test]
+fn the_log_loss_is_that_of_the_density() {
+    let deviations = [0.002, 0.01, 0.005];
+    let mut estimate = Estimator::new(EstimationParams::default(), WIDTH_M, TRACK_M, COUNT_M).estimate();
+    estimate.covariance.fill_diagonal(1.0);
+    for (i, deviation) in deviations.iter().enumerate() {
+        estimate.covariance[(i, i)] = deviation * deviation;
+    }
+    let truth = [estimate.lateral_m + 0.003, estimate.heading_rad - 0.01, estimate.width_m];
+    let normal =
+        |x: f64, deviation: f64| libm::exp(-0.5 * x * x / (deviation * deviation)) / (deviation * std::f64::consts::TAU.sqrt());
+    let density: f64 = [0.003, -0.01, 0.0].iter().zip(deviations).map(|(x, deviation)| normal(*x, deviation)).product();
+    let loss = estimate.log_loss(truth[0], truth[1], truth[2]).expect("a covariance");
+    assert!((loss + libm::log(density)).abs() < 1e-9, "{loss}");
+}

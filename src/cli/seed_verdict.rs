@@ -107,6 +107,8 @@ mod tests {
             heading_max_rad: None,
             lateral_estimate_rms_m: None,
             heading_estimate_rms_rad: None,
+            filtered_lateral_rms_m: None,
+            filtered_log_loss: None,
             estimates_valid: None,
             collisions: 0,
             contact_speed_max_m_s: 0.0,

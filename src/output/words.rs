@@ -25,7 +25,7 @@ const fn words(metric: &'static str, label: &'static str, unit: &'static str, pe
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
 /// All metrics of a summary, in its order.
-pub const METRICS: [MetricWords; 31] = [
+pub const METRICS: [MetricWords; 33] = [
     words("completed", "finish line passed", "", 1.0),
     words("end_state", "how it ended", "", 1.0),
     words("stop_reason", "why it stopped", "", 1.0),
@@ -39,6 +39,8 @@ pub const METRICS: [MetricWords; 31] = [
     words("heading_max_rad", "largest heading error", "°", DEGREES),
     words("lateral_estimate_rms_m", "RMS error of the lateral estimate", "mm", 1e3),
     words("heading_estimate_rms_rad", "RMS error of the heading estimate", "°", DEGREES),
+    words("filtered_lateral_rms_m", "RMS error of the estimator's offset", "mm", 1e3),
+    words("filtered_log_loss", "log loss of the estimator", "", 1.0),
     words("estimates_valid", "frames with a valid estimate", "%", 100.0),
     words("collisions", "collisions", "", 1.0),
     words("contact_speed_max_m_s", "highest contact speed", "mm/s", 1e3),
@@ -232,6 +234,8 @@ mod tests {
             heading_max_rad: None,
             lateral_estimate_rms_m: None,
             heading_estimate_rms_rad: None,
+            filtered_lateral_rms_m: None,
+            filtered_log_loss: None,
             estimates_valid: Some(0.9),
             collisions: 2,
             contact_speed_max_m_s: 0.0,

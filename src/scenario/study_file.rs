@@ -22,10 +22,12 @@
 //! [objective]
 //! over = "mean"                          # over the runs of a candidate; or "worst", or a quantile as 0.9
 //! weights = { lateral_rms_m = 1.0 }      # of metrics, in SI; their sum is what is made small
+//!                                        # several of them stand below names of theirs: [objective.tracking], [objective.effort]
 //!
 //! [constraints]                          # that every run must keep
 //! most = { collisions = 0 }
 //! of_default = { control_effort = 1.0 }  # no more than the default's, on the same duct with the same seed
+//! mean_of_default = { control_effort = 1.0 }  # the same in the mean over all
 //!
 //! [scenario]                             # laid over every base, as `--with` does
 //! perception.pipeline = "truth"
@@ -61,6 +63,9 @@ pub struct StudyFile {
     pub seed: u64,
     /// Who proposes candidates.
     pub optimiser: Optimiser,
+    /// Command of a program of its own that proposes them instead; no file says so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub driver: Option<String>,
     /// Runs of a scenario that the search may take, held-out ones not counted.
     pub runs: u64,
     /// Whether a candidate that is in the worse half after one seed of each scenario is not run any further.
@@ -71,8 +76,8 @@ pub struct StudyFile {
     pub train: SweepFile,
     /// What the best and the default are held against each other on.
     pub held_out: SweepFile,
-    /// What is made small.
-    pub objective: Objective,
+    /// What is made small; of several, all that no other candidate betters in each are found.
+    pub objectives: Vec<Objective>,
     /// What every run must keep.
     pub constraints: Constraints,
     /// When to stop before the budget is used.
@@ -94,6 +99,8 @@ pub enum Optimiser {
 /// What is made small.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Objective {
+    /// Its name; a study's only one is its `cost`.
+    pub name: String,
     /// Metrics, in SI, each with its weight.
     pub weights: Vec<(String, f64)>,
     /// How the runs of a candidate make one number.
@@ -113,7 +120,7 @@ pub enum Over {
 }
 
 /// What every run of a candidate must keep; one that does not is worse than any that do.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Constraints {
     /// Whether it must pass the finishing line.
     pub finishes: bool,
@@ -123,6 +130,8 @@ pub struct Constraints {
     pub least: Vec<(String, f64)>,
     /// Metrics with the most that they may be, in times what the default has on the same duct with the same seed.
     pub of_default: Vec<(String, f64)>,
+    /// Metrics of which the mean over the runs may be at most so many times the mean over the default's.
+    pub mean_of_default: Vec<(String, f64)>,
 }
 
 /// When to stop before the budget is used.

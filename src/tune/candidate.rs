@@ -1,20 +1,44 @@
 //! A point of the unit box as settings of a scenario.
 
-use crate::scenario::sweep_file::{Factor, Level};
+use crate::scenario::study_file::StudyFile;
+use crate::scenario::sweep_file::{Factor, Level, Levels};
 
 /// Digits to which a number is proposed: what a person would type, and what is written stands for exactly what was run.
 const DIGITS: usize = 6;
 
 /// The value of every parameter at a point, rounded.
 pub fn values(parameters: &[Factor], point: &[f64]) -> Vec<Level> {
-    parameters.iter().zip(point).map(|(parameter, share)| rounded(parameter.at(share.clamp(0.0, 1.0)))).collect()
+    parameters.iter().zip(point).map(|(parameter, share)| rounded(parameter, parameter.at(share.clamp(0.0, 1.0)))).collect()
 }
 
-fn rounded(level: Level) -> Level {
-    match level {
-        Level::Number(value) => Level::Number(format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value)),
-        other => other,
+/// A parameter's value of which there may be more digits than are proposed; never beyond its ends.
+pub fn rounded(parameter: &Factor, level: Level) -> Level {
+    let Level::Number(value) = level else { return level };
+    let short = format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value);
+    Level::Number(match parameter.levels {
+        Levels::Range { from, to, .. } => f64::clamp(short, from, to),
+        _ => short,
+    })
+}
+
+/// What the scenarios have where nothing is laid over them; `None` where they differ.
+pub fn default(study: &StudyFile, parameter: &Factor) -> Option<f64> {
+    let mut found = None;
+    for base in 0..study.train.bases.len() {
+        let text = study.train.scenario(base, &[], study.train.seed).ok()?.to_toml();
+        let table: toml::Table = text.parse().ok()?;
+        let mut value = &toml::Value::Table(table);
+        for key in parameter.path.split('.') {
+            value = value.get(key)?;
+        }
+        let number = value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))?;
+        match found {
+            None => found = Some(number),
+            Some(other) if other == number => {}
+            Some(_) => return None,
+        }
     }
+    found
 }
 
 /// As settings, `path=value`.

@@ -146,24 +146,40 @@ impl CmaEs {
         (most / least) * (most / least)
     }
 
-    /// A standard normal number (Box and Muller).
-    fn normal(&self, candidate: u64, coordinate: u64) -> f64 {
-        let index = self.generation * self.constants.lambda as u64 + candidate;
+    /// A standard normal number (Box and Muller); every attempt at a candidate has its own.
+    fn normal(&self, candidate: u64, attempt: u64, coordinate: u64) -> f64 {
+        let index = self.generation * self.constants.lambda as u64 + candidate + (attempt << 32);
         let [radius, angle] = [0, 1].map(|half| uniform(self.seed, index, NORMAL + 2 * coordinate + half));
         (-2.0 * libm::log(1.0 - radius)).sqrt() * libm::cos(2.0 * std::f64::consts::PI * angle)
     }
 
-    /// The points of this generation, equations 38 to 40.
-    pub fn ask(&mut self) -> Vec<Vec<f64>> {
+    /// z and y of equations 38 and 39.
+    fn drawn(&self, candidate: u64, attempt: u64) -> [Vec<f64>; 2] {
         let n = self.mean.len();
-        self.asked = (0..self.constants.lambda as u64)
-            .map(|candidate| {
-                let z: Vec<f64> = (0..n as u64).map(|coordinate| self.normal(candidate, coordinate)).collect();
-                let y = (0..n).map(|i| (0..n).map(|j| self.basis[i * n + j] * self.scales[j] * z[j]).sum()).collect();
-                [z, y]
-            })
-            .collect();
-        self.asked.iter().map(|[_, y]| self.mean.iter().zip(y).map(|(m, y)| m + self.sigma * y).collect()).collect()
+        let z: Vec<f64> = (0..n as u64).map(|coordinate| self.normal(candidate, attempt, coordinate)).collect();
+        let y = (0..n).map(|i| (0..n).map(|j| self.basis[i * n + j] * self.scales[j] * z[j]).sum()).collect();
+        [z, y]
+    }
+
+    /// The points of this generation, equations 38 to 40: each is drawn again as long as it is not `within`, but no more often than `attempts`
+    /// times in all.
+    pub fn ask(&mut self, within: impl Fn(&[f64]) -> bool, attempts: u64) -> Vec<Vec<f64>> {
+        let mut points = Vec::with_capacity(self.constants.lambda);
+        self.asked.clear();
+        for candidate in 0..self.constants.lambda as u64 {
+            let mut attempt = 0;
+            let (drawn, point) = loop {
+                let drawn = self.drawn(candidate, attempt);
+                let point: Vec<f64> = self.mean.iter().zip(&drawn[1]).map(|(m, y)| m + self.sigma * y).collect();
+                attempt += 1;
+                if attempt >= attempts || within(&point) {
+                    break (drawn, point);
+                }
+            };
+            self.asked.push(drawn);
+            points.push(point);
+        }
+        points
     }
 
     /// What they cost, in their order; what is not a number costs most.
@@ -273,7 +289,7 @@ mod tests {
             let mut search = CmaEs::new(start, sigma, lambda, seed);
             let mut count = 0;
             while count < 40_000 && !search.has_no_effect() {
-                let points = search.ask();
+                let points = search.ask(|_| true, 1);
                 let mut costs = Vec::with_capacity(lambda);
                 for point in &points {
                     count += 1;
@@ -291,21 +307,18 @@ mod tests {
         all
     }
 
-    /// Published: A. Auger and N. Hansen, *A Restart CMA Evolution Strategy With Increasing Population Size*, CEC 2005, table of evaluations
-    /// for n = 10, from anywhere in [-100, 100]^10 with a step size of 100, lambda 10: 1.61e3 on the sphere (problem 1) to 1e-6 in the mean,
-    /// 6.50e3 on the ellipsoid of condition 1e6 (problem 3) to 1e-6, 1.08e4 on Rosenbrock's function (problem 6) to 1e-2, restarts
-    /// included (quoted without the paper at hand). That CMA-ES had no negative weights. The bounds here are of what was run: Hansen's own
-    /// program (pycma 4.5.0), which has them, takes 1610, 4180 and 5670 in the median of the runs from such points, and 5170 on Rosenbrock's
-    /// function from 0 with 0.1 to 1e-10.
+    /// Beside Hansen's own program (pycma 4.5.0), from anywhere in [-100, 100]^10 with a step size of 100, lambda 10: it takes 1610 on the sphere
+    /// and 4180 on the ellipsoid of condition 1e6, to 1e-6 in the median of 25; and 5170 on Rosenbrock's function from 0 with 0.1 to 1e-10. What
+    /// was published is in `bbob`.
     #[test]
-    fn it_takes_as_many_evaluations_as_were_published() {
+    fn it_takes_as_many_evaluations_as_another_program() {
         let anywhere = |seed: u64| (0..10).map(|i| 200.0 * uniform(seed, i, 7) - 100.0).collect::<Vec<f64>>();
-        for (name, all, published) in [
+        for (name, all, other) in [
             ("sphere", evaluations(sphere, anywhere, 100.0, 1e-6), 1610),
             ("ellipsoid", evaluations(ellipsoid, anywhere, 100.0, 1e-6), 4180),
             ("Rosenbrock", evaluations(rosenbrock, |_| vec![0.0; 10], 0.1, 1e-10), 5170),
         ] {
-            assert!(all[12] * 10 <= published * 13, "{name}: median {} against {published}, {all:?}", all[12]);
+            assert!(all[12] * 10 <= other * 11, "{name}: median {} against {other}, {all:?}", all[12]);
             assert!(all[24] < u64::MAX, "{name}: {all:?}");
         }
     }
@@ -315,7 +328,7 @@ mod tests {
     fn it_learns_the_shape() {
         let mut search = CmaEs::new(vec![3.0; 6], 1.0, default_lambda(6), 5);
         for _ in 0..400 {
-            let costs: Vec<f64> = search.ask().iter().map(|point| ellipsoid(point)).collect();
+            let costs: Vec<f64> = search.ask(|_| true, 1).iter().map(|point| ellipsoid(point)).collect();
             search.tell(&costs);
         }
         assert!((2e5..5e6).contains(&search.condition()), "{}", search.condition());
@@ -338,7 +351,7 @@ mod tests {
         let told = |bad: f64| {
             let mut search = CmaEs::new(vec![0.5; 3], 0.2, 8, 3);
             for _ in 0..5 {
-                let costs: Vec<f64> = search.ask().iter().map(|x| if x[0] > 0.5 { bad } else { sphere(x) }).collect();
+                let costs: Vec<f64> = search.ask(|_| true, 1).iter().map(|x| if x[0] > 0.5 { bad } else { sphere(x) }).collect();
                 search.tell(&costs);
             }
             search.mean().to_vec()

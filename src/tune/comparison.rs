@@ -65,6 +65,11 @@ impl Comparison {
     pub fn is_better(&self) -> bool {
         self.interval[0] > 0.0 && self.p_value < 0.05
     }
+
+    /// Whether it is worse by more than noise.
+    pub fn is_worse(&self) -> bool {
+        self.interval[1] < 0.0 && self.p_value < 0.05
+    }
 }
 
 /// Two-sided, of the mean against zero: over all signs where there are few pairs, over drawn ones otherwise.

@@ -1,37 +1,20 @@
 //! What a candidate's runs come to: a cost, and by how much they break the constraints.
 
-use serde::Serialize;
-
+use super::front::Costs;
 use crate::metrics::Verdict;
 use crate::scenario::study_file::{Constraints, Objective, Over, StudyFile};
 use crate::sweep::outcome::Outcome;
 use crate::sweep::table::Row;
 
-/// What a candidate came to.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Score {
-    /// What its runs cost together; of those that measured it all.
-    pub cost: f64,
-    /// By how much the constraints are broken: sum over runs and constraints of the excess, as a share of the bound; 0 if all are kept.
-    pub violation: f64,
-}
-
 /// What a run that has no figures counts for, in violations: more than a bound that is missed tenfold.
 const NO_RUN: f64 = 10.0;
 
-impl Score {
-    /// Whether every constraint is kept.
-    pub fn is_feasible(&self) -> bool {
-        self.violation == 0.0
-    }
-
-    /// One number to order candidates by: those that keep the constraints by their cost, behind all of them the others by how much they break
-    /// them (Deb, Computer Methods in Applied Mechanics and Engineering 186, 2000).
-    pub fn rank(&self) -> f64 {
-        /// More than any cost of a run.
-        const BROKEN: f64 = 1e12;
-        if self.is_feasible() { self.cost } else { BROKEN * (1.0 + self.violation) }
-    }
+/// One number to order candidates of one objective by: those that keep the constraints by their cost, behind all of them the others by how much
+/// they break them (Deb, Computer Methods in Applied Mechanics and Engineering 186, 2000).
+pub fn rank(costs: &Costs) -> f64 {
+    /// More than any cost of a run.
+    const BROKEN: f64 = 1e12;
+    if costs.is_feasible() { costs.objectives[0] } else { BROKEN * (1.0 + costs.violation) }
 }
 
 /// The weighted sum of a run's metrics; `None` if one was not measured.
@@ -55,7 +38,6 @@ pub fn broken(constraints: &Constraints, outcome: &Outcome, default: Option<&Out
     if constraints.finishes && outcome.end_state.as_deref() != Some("finished") {
         broken.push(("finishes".to_owned(), 1.0));
     }
-    let share = |excess: f64, bound: f64| excess / bound.abs().max(1e-3);
     for (metric, most) in &constraints.most {
         match outcome.metric(metric) {
             Some(value) if value <= *most => {}
@@ -82,6 +64,29 @@ pub fn broken(constraints: &Constraints, outcome: &Outcome, default: Option<&Out
     broken
 }
 
+/// Which constraints on means runs break together, each with the excess as a share of its bound; of the default's runs those on the same ducts
+/// with the same seeds count.
+pub fn broken_in_the_mean(constraints: &Constraints, rows: &[Row], default: &[Row]) -> Vec<(String, f64)> {
+    let mut broken = Vec::new();
+    for (metric, times) in &constraints.mean_of_default {
+        let name = format!("{times} times the default's mean {metric}");
+        let own = rows.iter().map(|row| counterpart(default, row)?.metric(metric)).sum::<Option<f64>>();
+        // Where the default has no figure there is nothing to hold against.
+        let Some(most) = own.map(|own| times * own) else { continue };
+        match rows.iter().map(|row| row.outcome.metric(metric)).sum::<Option<f64>>() {
+            Some(sum) if sum <= most => {}
+            Some(sum) => broken.push((name, share(sum - most, most))),
+            None => broken.push((name, 1.0)),
+        }
+    }
+    broken
+}
+
+/// An excess as a share of its bound.
+fn share(excess: f64, bound: f64) -> f64 {
+    excess / bound.abs().max(1e-3)
+}
+
 /// The costs of several runs as one.
 pub fn over(rule: Over, costs: &[f64]) -> f64 {
     let mut sorted = costs.to_vec();
@@ -101,18 +106,21 @@ pub fn over(rule: Over, costs: &[f64]) -> f64 {
 }
 
 /// What these runs of a candidate come to, `default` being the default's runs.
-pub fn score(study: &StudyFile, rows: &[Row], default: &[Row]) -> Score {
-    let (mut costs, mut violation) = (Vec::new(), 0.0);
+pub fn costs(study: &StudyFile, rows: &[Row], default: &[Row]) -> Costs {
+    let mut violation = 0.0;
+    let objectives = study.objectives.iter().map(|objective| {
+        let measured: Vec<f64> = rows.iter().filter_map(|row| cost(objective, &row.outcome)).collect();
+        // What was not measured is not for nothing.
+        violation += (rows.len() - measured.len()) as f64;
+        over(objective.over, &measured)
+    });
+    let objectives = objectives.collect();
     for row in rows {
-        match cost(&study.objective, &row.outcome) {
-            Some(cost) => costs.push(cost),
-            // What was not measured is not for nothing.
-            None => violation += 1.0,
-        }
         let broken = broken(&study.constraints, &row.outcome, counterpart(default, row));
         violation += broken.iter().map(|(_, excess)| excess).sum::<f64>();
     }
-    Score { cost: over(study.objective.over, &costs), violation }
+    violation += broken_in_the_mean(&study.constraints, rows, default).iter().map(|(_, excess)| excess).sum::<f64>();
+    Costs { objectives, violation }
 }
 
 #[cfg(test)]
@@ -136,8 +144,9 @@ mod tests {
 
     #[test]
     fn who_breaks_a_constraint_is_behind_all_who_do_not() {
-        let [good, dear, off] = [(0.1, 0.0), (1e6, 0.0), (0.0, 0.1)].map(|(cost, violation)| Score { cost, violation });
-        assert!(good.rank() < dear.rank() && dear.rank() < off.rank());
-        assert!(off.rank() < Score { cost: 0.0, violation: 0.2 }.rank());
+        let [good, dear, off] =
+            [(0.1, 0.0), (1e6, 0.0), (0.0, 0.1)].map(|(cost, violation)| Costs { objectives: vec![cost], violation });
+        assert!(rank(&good) < rank(&dear) && rank(&dear) < rank(&off));
+        assert!(rank(&off) < rank(&Costs { objectives: vec![0.0], violation: 0.2 }));
     }
 }

@@ -84,6 +84,8 @@ fn the_document_has_the_agreed_fields_in_the_agreed_order() {
         "heading_max_rad",
         "lateral_estimate_rms_m",
         "heading_estimate_rms_rad",
+        "filtered_lateral_rms_m",
+        "filtered_log_loss",
         "estimates_valid",
         "collisions",
         "contact_speed_max_m_s",

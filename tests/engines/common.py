@@ -31,6 +31,24 @@ replicates = REPLICATES
 duct.width_m = [0.4, 0.5, 0.6]
 robot.speed_m_s = [0.3, 0.5]
 """
+STUDY = """format = 1
+kind = "study"
+name = "engines"
+runs = RUNS
+[parameter]
+control.koh-cho.landing = { from = 0.005, to = 0.1, scale = "log" }
+control.koh-cho.linear_lateral_mm = { from = 2.0, to = 50.0, scale = "log" }
+[train]
+base = "short.toml"
+replicates = 2
+[held_out]
+base = "short.toml"
+replicates = 6
+seed = 1001
+[scenario]
+start.lateral_m = 0.05
+pass.settle_m = 0.0
+"""
 POINTS = 6
 # Columns that depend on the machine.
 OF_THE_MACHINE = {"wall_time_s", "real_time_factor", "host"}
@@ -66,6 +84,22 @@ def write_sweep(folder, replicates):
     path = folder / "engines.toml"
     path.write_text(SWEEP.replace("REPLICATES", str(replicates)))
     return path
+
+
+def write_study(folder, runs, objectives=("lateral_rms_m",)):
+    """A study's file, of runs of a tenth of a second: of these metrics."""
+    (folder / "short.toml").write_text(SCENARIO)
+    names = [""] if len(objectives) == 1 else [f".{metric}" for metric in objectives]
+    tables = [f"[objective{name}]\nweights = {{ {metric} = 1.0 }}\n" for name, metric in zip(names, objectives)]
+    path = folder / f"study-{len(objectives)}.toml"
+    path.write_text(STUDY.replace("RUNS", str(runs)) + "".join(tables))
+    return path
+
+
+def tuned(out):
+    """What a study came to: its candidates and its best, to the bit."""
+    folder = pathlib.Path(out) / "engines"
+    return [(folder / name).read_bytes() for name in ("trials.parquet", "summary.json", "best.toml")]
 
 
 def run(command, expect=0, **more):

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Sweeps on real engines: Slurm with two virtual nodes on this machine, a Ray cluster of two, an object store that speaks S3; and on a disk
-# that fills up.
+# Sweeps and studies on real engines: Slurm with two virtual nodes on this machine, a Ray cluster of two, an object store that speaks S3; on a
+# disk that fills up; and studies that Optuna drives.
 #   tests/engines/run.sh           all of it; a node of each engine is killed in mid-sweep
 #   tests/engines/run.sh --small   what CI runs: no node of Slurm is killed (its return takes minutes), no S3 (its build takes minutes), no
 #                                  Ray (what runs on a killed node outlives it on slow machines)
@@ -108,6 +108,13 @@ if slurm; then
     run Slurm tests/engines/slurm.py "$DUCTLOOP" "${small[@]}"
 else
     skip Slurm "it is not here and cannot be installed (Debian: slurmctld slurmd slurm-client)"
+fi
+
+if have optuna optuna; then
+    step "Optuna, $("$python" -c 'import optuna; print(optuna.__version__)')"
+    run Optuna tests/engines/optuna_study.py "$DUCTLOOP"
+else
+    skip Optuna "PyPI's optuna is not here and cannot be installed"
 fi
 
 if [ ${#small[@]} -gt 0 ]; then

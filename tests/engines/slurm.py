@@ -224,6 +224,13 @@ def main():
             told = common.run(call, cwd=folder)
             assert "job array" not in told.stderr, told
             assert not queue() and arrays() == known
+            # A study's generations are sweeps, handed over one by one.
+            study = common.write_study(folder, runs=20)
+            common.run([ductloop, "tune", study, "--out", folder / "alone"])
+            there = ["--engine", "slurm", "--nodes", "2", "--partition", "tests", "--out", "tuned"]
+            common.run([ductloop, "tune", study, *there], cwd=folder)
+            assert common.tuned(folder / "tuned") == common.tuned(folder / "alone"), "another course than on this machine"
+            print(f"a study in {len(arrays() - known)} arrays: the same candidates and the same best, to the bit", flush=True)
         except SystemExit:
             raise
         except BaseException:

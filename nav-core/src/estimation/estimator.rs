@@ -68,13 +68,24 @@ impl Estimate {
 
     /// Normalised estimation error squared over lateral offset, heading and width, three degrees of freedom, against the truth.
     pub fn nees(&self, lateral_m: f64, heading_rad: f64, width_m: f64) -> Option<f64> {
-        let covariance: Matrix3<f64> = self.covariance.fixed_view::<3, 3>(0, 0).into_owned();
         let off = nalgebra::Vector3::new(
             self.lateral_m - lateral_m,
             crate::angle::wrap(self.heading_rad - heading_rad),
             self.width_m - width_m,
         );
-        Some(off.dot(&(covariance.try_inverse()? * off)))
+        Some(off.dot(&(self.pose_covariance().try_inverse()? * off)))
+    }
+
+    /// Minus the natural logarithm of the density that it gives the truth, of lateral offset, heading and width, in metres and radians: (NEES +
+    /// ln det(2 pi P)) / 2. A proper score: in the mean it is least where errors are just as they are said to be.
+    pub fn log_loss(&self, lateral_m: f64, heading_rad: f64, width_m: f64) -> Option<f64> {
+        let spread = libm::log((2.0 * std::f64::consts::PI * self.pose_covariance()).determinant());
+        Some(0.5 * (self.nees(lateral_m, heading_rad, width_m)? + spread)).filter(|loss| loss.is_finite())
+    }
+
+    /// Covariance of lateral offset, heading and width.
+    fn pose_covariance(&self) -> Matrix3<f64> {
+        self.covariance.fixed_view::<3, 3>(0, 0).into_owned()
     }
 }
 

@@ -92,6 +92,13 @@ pub(crate) struct EngineArgs {
     /// Run the cases on the machines of a scheduler, which see this program and DIR under the same paths
     #[arg(long, value_enum, value_name = "ENGINE", requires = "nodes")]
     pub(crate) engine: Option<EngineChoice>,
+    #[command(flatten)]
+    pub(crate) machines: MachinesArgs,
+}
+
+/// A scheduler's machines, and what it is told.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct MachinesArgs {
     /// Machines to ask for; never more than there are points
     #[arg(long, value_name = "N", requires = "engine", allow_negative_numbers = true)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=100_000))]
@@ -105,9 +112,22 @@ pub(crate) struct EngineArgs {
     /// Ray: the cluster's address; without it that of `RAY_ADDRESS`, else one that runs here, else one is started on this machine
     #[arg(long, value_name = "HOST:PORT", requires = "engine")]
     pub(crate) address: Option<String>,
-    /// Ray: Python in which it is installed [default: python3]
+    /// Ray or Optuna: Python in which it is installed [default: python3]
     #[arg(long, value_name = "PROGRAM", requires = "engine")]
     pub(crate) python: Option<String>,
+}
+
+impl MachinesArgs {
+    /// Options that are given and that only a scheduler understands.
+    pub(crate) fn of_a_scheduler(&self) -> impl Iterator<Item = &'static str> {
+        let given = [
+            ("--nodes", self.nodes.is_some()),
+            ("--partition", self.partition.is_some()),
+            ("--engine-arg", !self.engine_arg.is_empty()),
+            ("--address", self.address.is_some()),
+        ];
+        given.into_iter().filter(|(_, given)| *given).map(|(option, _)| option)
+    }
 }
 
 /// A scheduler.

@@ -12,7 +12,7 @@ use ductloop::sweep::plan::Plan;
 use ductloop::sweep::store::Store;
 use ductloop::sweep::table::Table;
 
-use super::args::{EngineArgs, EngineChoice, SayingArgs};
+use super::args::{EngineChoice, MachinesArgs, SayingArgs};
 use super::bar::Bar;
 use super::steps::lost;
 use super::{interrupt, verdict};
@@ -34,7 +34,7 @@ const ATTENTION: Duration = Duration::from_millis(50);
 const LOGS: &str = "logs";
 
 /// A scheduler that is there.
-pub(super) enum Engine {
+pub(in crate::cli) enum Engine {
     Slurm(Slurm),
     Ray(Ray),
 }
@@ -71,8 +71,8 @@ impl Engine {
     ///
     /// # Errors
     /// Where it is not, or an option belongs to another one.
-    pub(super) fn of(args: &EngineArgs) -> Result<Option<Self>, Problem> {
-        let (Some(choice), Some(nodes)) = (args.engine, args.nodes) else { return Ok(None) };
+    pub(in crate::cli) fn of(engine: Option<EngineChoice>, args: &MachinesArgs) -> Result<Option<Self>, Problem> {
+        let (Some(choice), Some(nodes)) = (engine, args.nodes) else { return Ok(None) };
         let given = [
             ("--partition", EngineChoice::Slurm, args.partition.is_some()),
             ("--engine-arg", EngineChoice::Slurm, !args.engine_arg.is_empty()),
@@ -96,7 +96,7 @@ impl Engine {
     ///
     /// # Errors
     /// Where the work cannot be handed over, or has ended with cases missing. What is finished is kept.
-    pub(super) fn carry_out(
+    pub(in crate::cli) fn carry_out(
         &self,
         plan: &Plan,
         store: &Store,
@@ -190,7 +190,7 @@ fn follow(job: &mut dyn Job, plan: &Plan, store: &Store, found: u64, saying: Say
 ///
 /// # Errors
 /// Where this process has no folder to stand in.
-pub(super) fn from_anywhere(place: &str) -> Result<String, Problem> {
+pub(in crate::cli) fn from_anywhere(place: &str) -> Result<String, Problem> {
     if place.contains("://") {
         return Ok(place.to_owned());
     }

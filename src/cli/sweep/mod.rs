@@ -8,7 +8,7 @@ use super::problem::Problem;
 
 pub(super) mod args;
 mod bar;
-mod engine;
+pub(super) mod engine;
 pub(super) mod inputs;
 pub(super) mod steps;
 mod verdict;

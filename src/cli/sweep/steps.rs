@@ -24,7 +24,7 @@ use crate::cli::{INTERRUPTED, destination, interrupt};
 
 /// All steps, on this machine or those of a scheduler.
 pub(super) fn whole(args: &WholeArgs) -> Result<u8, Problem> {
-    let engine = Engine::of(&args.engine)?;
+    let engine = Engine::of(args.engine.engine, &args.engine.machines)?;
     let Planned { plan, rendering, changed } = inputs::planned(&args.file, args.saying.quiet)?;
     let name = folder_name(&plan.sweep.name, changed, plan.sweep.seed, &plan.identity());
     let out = if engine.is_some() { engine::from_anywhere(&args.out)? } else { args.out.clone() };

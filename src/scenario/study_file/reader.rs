@@ -28,6 +28,11 @@ const KEYS: [&str; 15] = [
     "constraints",
     "stop",
 ];
+/// Keys of an objective.
+pub(super) const OBJECTIVE_KEYS: [&str; 2] = ["over", "weights"];
+const OBJECTIVE_HELP: &str = "as in `[objective]` with `weights = { lateral_rms_m = 1.0 }` below it";
+/// Most objectives: with more nearly every candidate is on the front.
+pub(super) const MOST_OBJECTIVES: usize = 4;
 /// And what is laid over every base.
 const SCENARIO: &str = "scenario";
 const PARAMETER_HELP: &str = "as in `control.koh_cho.landing_m = { from = 0.3, to = 3.0, scale = \"log\" }` below `[parameter]`";
@@ -83,9 +88,10 @@ impl<'a> StudyReader<'a> {
         let study = StudyFile {
             about: self.all.text("about"),
             optimiser: self.optimiser(),
+            driver: None,
             runs: self.all.integer("runs", [1, MOST_RUNS], 200).unsigned_abs(),
             halving: self.all.flag("halving", true),
-            objective: self.objective(),
+            objectives: self.objectives(),
             constraints: self.constraints(),
             stop: self.stop(),
             name,
@@ -153,17 +159,35 @@ impl<'a> StudyReader<'a> {
         })
     }
 
-    fn objective(&mut self) -> Objective {
-        const INNER: [&str; 2] = ["over", "weights"];
-        const HELP: &str = "as in `[objective]` with `weights = { lateral_rms_m = 1.0 }` below it";
-        let none = Objective { weights: Vec::new(), over: Over::Mean };
+    /// One, or several below names of theirs.
+    fn objectives(&mut self) -> Vec<Objective> {
         let Some(entry) = self.all.root.entry("objective") else {
-            self.all.wrong(Span::default(), "missing `[objective]`: what is to be made small", HELP);
-            return none;
+            self.all.wrong(Span::default(), "missing `[objective]`: what is to be made small", OBJECTIVE_HELP);
+            return Vec::new();
         };
-        let Some(table) = self.all.table(entry) else { return none };
-        for inner in table.entries.iter().filter(|inner| !INNER.contains(&inner.key.as_str())) {
-            self.all.unknown(inner, "in [objective]", &INNER);
+        let Some(table) = self.all.table(entry) else { return Vec::new() };
+        let is_single = table.entries.iter().any(|inner| OBJECTIVE_KEYS.contains(&inner.key.as_str()));
+        if is_single || table.entries.is_empty() {
+            return vec![self.objective("cost", entry, table)];
+        }
+        if table.entries.len() > MOST_OBJECTIVES {
+            let message = format!("these are {} objectives, and more than {MOST_OBJECTIVES} make no front", table.entries.len());
+            self.all.wrong(entry.key_span, message, "weigh some of them into one, or bound them in `[constraints]`");
+            return Vec::new();
+        }
+        let mut objectives = Vec::new();
+        for inner in &table.entries {
+            match inner.node.as_table() {
+                Some(own) => objectives.push(self.objective(&inner.key, inner, own)),
+                None => self.all.unknown(inner, "in [objective]", &OBJECTIVE_KEYS),
+            }
+        }
+        objectives
+    }
+
+    fn objective(&mut self, name: &str, entry: &Entry, table: &Table) -> Objective {
+        for inner in table.entries.iter().filter(|inner| !OBJECTIVE_KEYS.contains(&inner.key.as_str())) {
+            self.all.unknown(inner, "in an objective", &OBJECTIVE_KEYS);
         }
         let over = match table.get("over") {
             None => Over::Mean,
@@ -182,15 +206,16 @@ impl<'a> StudyReader<'a> {
             None => Vec::new(),
         };
         if weights.iter().all(|(_, weight)| *weight == 0.0) {
-            self.all.wrong(entry.key_span, "`[objective]` weighs no metric", HELP);
+            let place = if name == "cost" { "[objective]".to_owned() } else { format!("[objective.{name}]") };
+            self.all.wrong(entry.key_span, format!("`{place}` weighs no metric"), OBJECTIVE_HELP);
         }
-        Objective { weights, over }
+        Objective { name: name.to_owned(), weights, over }
     }
 
     fn constraints(&mut self) -> Constraints {
-        const INNER: [&str; 4] = ["finishes", "most", "least", "of_default"];
+        const INNER: [&str; 5] = ["finishes", "most", "least", "of_default", "mean_of_default"];
         let Some(table) = self.all.root.entry("constraints").and_then(|entry| self.all.table(entry)) else {
-            return Constraints { finishes: true, most: Vec::new(), least: Vec::new(), of_default: Vec::new() };
+            return Constraints { finishes: true, ..Constraints::default() };
         };
         for inner in table.entries.iter().filter(|inner| !INNER.contains(&inner.key.as_str())) {
             self.all.unknown(inner, "in [constraints]", &INNER);
@@ -198,9 +223,9 @@ impl<'a> StudyReader<'a> {
         let mut reader = Reader::new(table);
         let finishes = reader.flag("finishes", true);
         self.all.findings.extend(reader.findings);
-        let [most, least, of_default] =
-            ["most", "least", "of_default"].map(|key| table.entry(key).map_or_else(Vec::new, |entry| self.bounds(entry)));
-        Constraints { finishes, most, least, of_default }
+        let [most, least, of_default, mean_of_default] = ["most", "least", "of_default", "mean_of_default"]
+            .map(|key| table.entry(key).map_or_else(Vec::new, |entry| self.bounds(entry)));
+        Constraints { finishes, most, least, of_default, mean_of_default }
     }
 
     /// Metrics by their names, each with a number.

@@ -3,6 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::MOST_RUNS;
+use super::reader::{MOST_OBJECTIVES, OBJECTIVE_KEYS};
 use crate::metrics::Metrics;
 use crate::scenario::schema as scenario;
 use crate::scenario::sweep_file::MOST_REPLICATES;
@@ -46,7 +47,7 @@ pub fn schema() -> Value {
     });
     let mut parameter = scenario::levels(&OF_THE_FILE, &[range]);
     parameter["description"] = json!("Numbers of the scenario, each with the ends between which it is sought.");
-    let mut objective = table(
+    let mut one = table(
         "What is made small.",
         json!({
             "weights": metrics("Metrics, in SI, each with its weight; their sum is what a run costs."),
@@ -56,7 +57,12 @@ pub fn schema() -> Value {
             },
         }),
     );
-    objective["required"] = json!(["weights"]);
+    one["required"] = json!(["weights"]);
+    let several = json!({
+        "type": "object", "minProperties": 1, "maxProperties": MOST_OBJECTIVES, "additionalProperties": one,
+        "propertyNames": { "not": { "enum": OBJECTIVE_KEYS } }, "description": "Several, each below its name: their front is found.",
+    });
+    let objective = json!({ "anyOf": [one, several] });
     let properties = json!({
         "format": { "const": 1, "description": "Version of the file format; this program reads format 1." },
         "kind": { "const": "study", "description": "What this file is." },
@@ -78,6 +84,7 @@ pub fn schema() -> Value {
             "finishes": { "type": "boolean", "default": true, "description": "Whether it must pass the finishing line." },
             "most": metrics("Metrics, in SI, with the most that they may be."),
             "least": metrics("Metrics, in SI, with the least that they must be."),
+            "mean_of_default": metrics("Metrics of which the mean over the runs may be at most so many times the mean over the default's."),
             "of_default": metrics("Metrics with the most that they may be, in times what the default has on the same duct with the same seed."),
         })),
         "stop": table("When to stop before the budget is used.", json!({

@@ -41,15 +41,41 @@ fn a_file_is_read_as_it_says() {
     assert_eq!((study.train.seed, study.train.replicates, study.train.bases[0].name.as_str()), (1, 2, "b"));
     assert_eq!((study.held_out.seed, study.held_out.replicates), (100, 1));
     assert_eq!(study.train.settings, ["time_limit_s=20.0"]);
-    assert_eq!(study.objective, Objective { weights: vec![("lateral_rms_m".into(), 1.0)], over: Over::Quantile(0.9) });
+    let objective = |name: &str, over| Objective { name: name.into(), weights: vec![("lateral_rms_m".into(), 1.0)], over };
+    assert_eq!(study.objectives, [objective("cost", Over::Quantile(0.9))]);
     assert_eq!(
         study.constraints,
-        Constraints { finishes: true, most: vec![("collisions".into(), 0.0)], least: vec![], of_default: vec![] }
+        Constraints { finishes: true, most: vec![("collisions".into(), 0.0)], ..Constraints::default() }
     );
     assert_eq!(study.stop, Stop { step: Some(0.01), generations_without_gain: None });
     assert_eq!(study.runs_of_a_candidate(), 2);
     let text = serde_json::to_string(&study).expect("JSON");
     assert_eq!(serde_json::from_str::<StudyFile>(&text).expect("a study"), study);
+}
+
+/// Several objectives stand below names of theirs.
+#[test]
+fn several_objectives_have_names() {
+    let several = "[objective.tracking]\nweights = { lateral_rms_m = 1.0 }\n[objective.effort]\nover = \"worst\"\nweights = { control_effort = 2.0 }\n";
+    let text = FILE.replace("[objective]\nover = 0.9\nweights = { lateral_rms_m = 1.0 }\n", several);
+    let study = read(&text).unwrap_or_else(|wrong| panic!("{wrong}"));
+    let told: Vec<(&str, Over)> = study.objectives.iter().map(|objective| (objective.name.as_str(), objective.over)).collect();
+    assert_eq!(told, [("tracking", Over::Mean), ("effort", Over::Worst)]);
+    for (from, to, words) in [
+        ("over = \"worst\"", "over = \"most\"", "a quantile from 0 to 1"),
+        ("{ control_effort = 2.0 }", "{}", "`[objective.effort]` weighs no metric"),
+        ("[objective.effort]\nover", "[objective.effort]\nmode", "unknown key `mode`"),
+        ("[objective.effort]\n", "[objective]\n", "twice"),
+        (
+            "[objective.effort]",
+            "[objective.a]\nweights = { collisions = 1 }\n[objective.b]\nweights = { collisions = 1 }\n[objective.c]\nweights = { collisions = 1 }\n[objective.d]",
+            "make no front",
+        ),
+    ] {
+        let text = text.replacen(from, to, 1);
+        let wrong = read(&text).err().map(|wrong| wrong.to_string()).unwrap_or_default();
+        assert!(wrong.contains(words) || (words == "twice" && !wrong.is_empty()), "{to}: {wrong}");
+    }
 }
 
 /// Every error names its line.

@@ -21,7 +21,7 @@ const RETRIES: u32 = 10;
 const FAREWELL: Duration = Duration::from_secs(30);
 
 /// A Ray that is there.
-pub(in crate::cli::sweep) struct Ray {
+pub(in crate::cli) struct Ray {
     pub(super) nodes: u64,
     address: Option<String>,
     python: String,

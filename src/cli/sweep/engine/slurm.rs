@@ -19,7 +19,7 @@ const BETWEEN_QUESTIONS: Duration = Duration::from_secs(3);
 const SCRIPT: &str = "slurm.sh";
 
 /// A Slurm that is there.
-pub(in crate::cli::sweep) struct Slurm {
+pub(in crate::cli) struct Slurm {
     pub(super) nodes: u64,
     partition: Option<String>,
     arguments: Vec<String>,
