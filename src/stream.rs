@@ -11,3 +11,9 @@ pub(crate) fn uniform(seed: u64, index: u64, stream: u64) -> f64 {
     // 53 bits are what an f64 holds.
     (mix(mix(mix(seed) ^ index) ^ stream) >> 11) as f64 / (1_u64 << 53) as f64
 }
+
+/// A standard normal number (Box and Muller), of this stream and the next.
+pub(crate) fn normal(seed: u64, index: u64, stream: u64) -> f64 {
+    let [radius, angle] = [0, 1].map(|half| uniform(seed, index, stream + half));
+    (-2.0 * libm::log(1.0 - radius)).sqrt() * libm::cos(std::f64::consts::TAU * angle)
+}

@@ -9,7 +9,8 @@
 //!   (from first frame to folder), `jobs` (several at once), `seed_verdict`, `seed_table` (what the seeds of a scenario came to);
 //! - `shot`, `truth_files`: what `render` shows and what it writes beside it; - `warnings`: what is hardly meant so;
 //! - `perceive`, `picture_files`, `regions`, `perceived`: picture files through the perception, and what is told of it;
-//! - `problem`: what a command can end with other than its result; - `streams`: standard output and error; - `interrupt`: Ctrl-C.
+//! - `problem`: what a command can end with other than its result; - `streams`: standard output and error; - `interrupt`: Ctrl-C;
+//! - `python`: one in which a package is installed, for engines that need one.
 //!
 //! Exit codes: 0 every verdict passed; 1 one failed; 2 the command line or a file is wrong, or the output cannot be written;
 //! 3 a run could not go on; 4 a wall-clock limit; 130 interrupted.
@@ -32,6 +33,7 @@ mod perceived;
 mod picture_files;
 mod problem;
 mod progress;
+mod python;
 mod regions;
 mod render;
 mod rendering;

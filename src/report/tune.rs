@@ -59,7 +59,8 @@ fn objective_words(objective: &Objective) -> String {
         Over::Quantile(share) => format!("the {share} quantile over the runs"),
     };
     let terms: Vec<String> = objective.weights.iter().map(|(metric, weight)| format!("{weight} {metric}")).collect();
-    format!("{}: {}, {over}", objective.name, terms.join(" + "))
+    let relative = if objective.relative { " as a share of the default's own run" } else { "" };
+    format!("{}: {}{relative}, {over}", objective.name, terms.join(" + "))
 }
 
 fn names(sweep: &SweepFile) -> String {

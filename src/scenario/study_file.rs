@@ -22,6 +22,7 @@
 //! [objective]
 //! over = "mean"                          # over the runs of a candidate; or "worst", or a quantile as 0.9
 //! weights = { lateral_rms_m = 1.0 }      # of metrics, in SI; their sum is what is made small
+//! relative = true                        # as a share of what the default costs on the same duct with the same seed
 //!                                        # several of them stand below names of theirs: [objective.tracking], [objective.effort]
 //!
 //! [constraints]                          # that every run must keep
@@ -103,6 +104,8 @@ pub struct Objective {
     pub name: String,
     /// Metrics, in SI, each with its weight.
     pub weights: Vec<(String, f64)>,
+    /// Whether a run costs its share of what the default's own run costs, on the same duct with the same seed.
+    pub relative: bool,
     /// How the runs of a candidate make one number.
     pub over: Over,
 }

@@ -7,7 +7,7 @@
 //! [-4, 4]^10 with a step size of 2; how those were is not in the data.
 
 use super::restarts::{Rest, Restarts};
-use crate::stream::uniform;
+use crate::stream::{normal, uniform};
 
 const DIMENSIONS: usize = 10;
 const TARGET: f64 = 1e-8;
@@ -29,14 +29,10 @@ fn anywhere(seed: u64, stream: u64) -> Vec<f64> {
 
 /// A rotation: normal columns, made orthogonal one after the other (Gram and Schmidt).
 fn rotation(seed: u64) -> Vec<Vec<f64>> {
-    let normal = |index: u64| {
-        let [radius, angle] = [0, 1].map(|half| uniform(seed, index, ROTATION + half));
-        (-2.0 * libm::log(1.0 - radius)).sqrt() * libm::cos(2.0 * std::f64::consts::PI * angle)
-    };
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let mut rows: Vec<Vec<f64>> = Vec::new();
     for row in 0..DIMENSIONS as u64 {
-        let mut new: Vec<f64> = (0..DIMENSIONS as u64).map(|i| normal(row * 100 + i)).collect();
+        let mut new: Vec<f64> = (0..DIMENSIONS as u64).map(|i| normal(seed, row * 100 + i, ROTATION)).collect();
         for other in &rows {
             let share = dot(&new, other);
             new.iter_mut().zip(other).for_each(|(new, other)| *new -= share * other);

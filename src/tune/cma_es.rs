@@ -5,7 +5,7 @@
 //! give the same points, whoever computed them and in what order.
 
 use super::jacobi::eigen;
-use crate::stream::uniform;
+use crate::stream::normal;
 
 /// Stream of random numbers; a coordinate's number is added, twice.
 const NORMAL: u64 = 0xc3a0_0000;
@@ -146,17 +146,11 @@ impl CmaEs {
         (most / least) * (most / least)
     }
 
-    /// A standard normal number (Box and Muller); every attempt at a candidate has its own.
-    fn normal(&self, candidate: u64, attempt: u64, coordinate: u64) -> f64 {
-        let index = self.generation * self.constants.lambda as u64 + candidate + (attempt << 32);
-        let [radius, angle] = [0, 1].map(|half| uniform(self.seed, index, NORMAL + 2 * coordinate + half));
-        (-2.0 * libm::log(1.0 - radius)).sqrt() * libm::cos(2.0 * std::f64::consts::PI * angle)
-    }
-
-    /// z and y of equations 38 and 39.
+    /// z and y of equations 38 and 39; every attempt at a candidate has its own.
     fn drawn(&self, candidate: u64, attempt: u64) -> [Vec<f64>; 2] {
         let n = self.mean.len();
-        let z: Vec<f64> = (0..n as u64).map(|coordinate| self.normal(candidate, attempt, coordinate)).collect();
+        let index = self.generation * self.constants.lambda as u64 + candidate + (attempt << 32);
+        let z: Vec<f64> = (0..n as u64).map(|coordinate| normal(self.seed, index, NORMAL + 2 * coordinate)).collect();
         let y = (0..n).map(|i| (0..n).map(|j| self.basis[i * n + j] * self.scales[j] * z[j]).sum()).collect();
         [z, y]
     }
@@ -266,6 +260,7 @@ fn key(cost: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stream::uniform;
 
     fn sphere(x: &[f64]) -> f64 {
         x.iter().map(|x| x * x).sum()

@@ -17,7 +17,7 @@
 
 use super::front::Costs;
 use super::ranking::ranking;
-use crate::stream::uniform;
+use crate::stream::{normal, uniform};
 
 /// Stream of random numbers of steps; a coordinate's number is added, twice.
 const NORMAL: u64 = 0xc3f0_0000;
@@ -176,18 +176,13 @@ impl MoCmaEs {
         (0..self.mu).map(|i| columns.iter().map(|values| values[i]).collect()).collect()
     }
 
-    /// A standard normal number (Box and Muller).
-    fn normal(&self, parent: usize, coordinate: u64) -> f64 {
-        let index = self.generation * self.mu as u64 + parent as u64;
-        let [radius, angle] = [0, 1].map(|half| uniform(self.seed, index, NORMAL + 2 * coordinate + half));
-        (-2.0 * libm::log(1.0 - radius)).sqrt() * libm::cos(2.0 * std::f64::consts::PI * angle)
-    }
-
     /// The points of the next generation, each in the box: the first parents, then an offspring a parent.
     pub fn ask(&mut self) -> Vec<Vec<f64>> {
         if self.generation > 0 {
             let offspring = |(k, (parent, _)): (usize, &(Individual, Costs))| {
-                let z: Vec<f64> = (0..self.coordinates as u64).map(|coordinate| self.normal(k, coordinate)).collect();
+                let index = self.generation * self.mu as u64 + k as u64;
+                let z: Vec<f64> =
+                    (0..self.coordinates as u64).map(|coordinate| normal(self.seed, index, NORMAL + 2 * coordinate)).collect();
                 parent.offspring(&z)
             };
             self.asked = self.parents.iter().enumerate().map(offspring).collect();

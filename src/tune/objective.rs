@@ -17,9 +17,17 @@ pub fn rank(costs: &Costs) -> f64 {
     if costs.is_feasible() { costs.objectives[0] } else { BROKEN * (1.0 + costs.violation) }
 }
 
-/// The weighted sum of a run's metrics; `None` if one was not measured.
-pub fn cost(objective: &Objective, outcome: &Outcome) -> Option<f64> {
-    objective.weights.iter().map(|(metric, weight)| Some(weight * outcome.metric(metric)?)).sum()
+/// The weighted sum of a run's metrics, as a share of the default's own run where it is `relative`; `None` if one was not measured, or the
+/// default's is not above zero.
+pub fn cost(objective: &Objective, outcome: &Outcome, default: Option<&Outcome>) -> Option<f64> {
+    let sum = |outcome: &Outcome| -> Option<f64> {
+        objective.weights.iter().map(|(metric, weight)| Some(weight * outcome.metric(metric)?)).sum()
+    };
+    if !objective.relative {
+        return sum(outcome);
+    }
+    let own = sum(default?).filter(|own| *own > 0.0)?;
+    Some(sum(outcome)? / own)
 }
 
 /// The default's run on the same duct with the same seed.
@@ -109,7 +117,7 @@ pub fn over(rule: Over, costs: &[f64]) -> f64 {
 pub fn costs(study: &StudyFile, rows: &[Row], default: &[Row]) -> Costs {
     let mut violation = 0.0;
     let objectives = study.objectives.iter().map(|objective| {
-        let measured: Vec<f64> = rows.iter().filter_map(|row| cost(objective, &row.outcome)).collect();
+        let measured: Vec<f64> = rows.iter().filter_map(|row| cost(objective, &row.outcome, counterpart(default, row))).collect();
         // What was not measured is not for nothing.
         violation += (rows.len() - measured.len()) as f64;
         over(objective.over, &measured)

@@ -64,7 +64,10 @@ impl Held {
         let compared = |rows: &[Row]| {
             let against = |objective| {
                 let pairs = default.iter().zip(rows);
-                let costs = pairs.filter_map(|(own, row)| Some([cost(objective, &own.outcome)?, cost(objective, &row.outcome)?]));
+                let costs = pairs.filter_map(|(own, row)| {
+                    let of = |row: &Row| cost(objective, &row.outcome, Some(&own.outcome));
+                    Some([of(own)?, of(row)?])
+                });
                 Comparison::of(&costs.collect::<Vec<_>>(), study.seed)
             };
             study.objectives.iter().map(against).collect()

@@ -13,8 +13,8 @@ use ductloop::tune::journal::Journal;
 use ductloop::tune::outside::{Lines, Outside};
 
 use super::args::Driver;
-use crate::cli::interrupt;
 use crate::cli::problem::Problem;
+use crate::cli::{interrupt, python};
 
 /// The program that asks Optuna, and its name in the study's folder.
 const OPTUNA: &str = include_str!("optuna_optimiser.py");
@@ -64,7 +64,8 @@ impl Process {
         let wrong = |message: String| Problem::new(Problem::WRONG_INPUT, message);
         let (mut command, what) = match driver {
             Driver::Optuna { python } => {
-                find_optuna(python)?;
+                let elsewhere = "or leave `--engine optuna` out: the study's own optimiser needs nothing";
+                python::find(python, "optuna", "Optuna", elsewhere)?;
                 let script = folder.join(OPTUNA_NAME);
                 std::fs::write(&script, OPTUNA)
                     .map_err(|error| wrong(format!("cannot be written: {error}")).about(script.display().to_string()))?;
@@ -162,22 +163,5 @@ impl Drop for Process {
         }
         let _ = self.child.kill();
         let _ = self.child.wait();
-    }
-}
-
-/// Looks for Optuna.
-fn find_optuna(python: &str) -> Result<(), Problem> {
-    let wrong = |message: String| Problem::new(Problem::WRONG_INPUT, message).about("--engine optuna");
-    let look = "import importlib.util, sys; sys.exit(0 if importlib.util.find_spec('optuna') else 7)";
-    match Command::new(python).args(["-c", look]).stdin(Stdio::null()).output() {
-        Ok(told) if told.status.success() => Ok(()),
-        Ok(told) if told.status.code() == Some(7) => Err(wrong(format!("Optuna is not installed in {python}")).help(format!(
-            "`{python} -m pip install optuna` installs it (Debian's Python wants a virtual environment: `--python` names its python); or \
-             leave `--engine optuna` out: the study's own optimiser needs nothing"
-        ))),
-        Ok(told) => Err(wrong(format!("{python} does not work: {}", String::from_utf8_lossy(&told.stderr).trim()))
-            .help("`--python` names another one")),
-        Err(error) => Err(wrong(format!("there is no Python here: {python}: {error}"))
-            .help("install Python and, in it, Optuna (`python3 -m pip install optuna`), and name it with `--python`")),
     }
 }

@@ -29,7 +29,7 @@ const KEYS: [&str; 15] = [
     "stop",
 ];
 /// Keys of an objective.
-pub(super) const OBJECTIVE_KEYS: [&str; 2] = ["over", "weights"];
+pub(super) const OBJECTIVE_KEYS: [&str; 3] = ["over", "weights", "relative"];
 const OBJECTIVE_HELP: &str = "as in `[objective]` with `weights = { lateral_rms_m = 1.0 }` below it";
 /// Most objectives: with more nearly every candidate is on the front.
 pub(super) const MOST_OBJECTIVES: usize = 4;
@@ -209,7 +209,10 @@ impl<'a> StudyReader<'a> {
             let place = if name == "cost" { "[objective]".to_owned() } else { format!("[objective.{name}]") };
             self.all.wrong(entry.key_span, format!("`{place}` weighs no metric"), OBJECTIVE_HELP);
         }
-        Objective { name: name.to_owned(), weights, over }
+        let mut reader = Reader::new(table);
+        let relative = reader.flag("relative", false);
+        self.all.findings.extend(reader.findings);
+        Objective { name: name.to_owned(), weights, relative, over }
     }
 
     fn constraints(&mut self) -> Constraints {

@@ -51,6 +51,10 @@ pub fn schema() -> Value {
         "What is made small.",
         json!({
             "weights": metrics("Metrics, in SI, each with its weight; their sum is what a run costs."),
+            "relative": {
+                "type": "boolean", "default": false,
+                "description": "Whether a run costs its share of what the default's own run costs, on the same duct with the same seed.",
+            },
             "over": {
                 "oneOf": [{ "enum": ["mean", "worst"] }, { "type": "number", "minimum": 0, "maximum": 1 }],
                 "default": "mean", "description": "How the runs of a candidate make one number; a number is a quantile.",

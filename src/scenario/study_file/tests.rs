@@ -20,6 +20,7 @@ base = "b.toml"
 seed = 100
 [objective]
 over = 0.9
+relative = true
 weights = { lateral_rms_m = 1.0 }
 [constraints]
 most = { collisions = 0 }
@@ -41,7 +42,8 @@ fn a_file_is_read_as_it_says() {
     assert_eq!((study.train.seed, study.train.replicates, study.train.bases[0].name.as_str()), (1, 2, "b"));
     assert_eq!((study.held_out.seed, study.held_out.replicates), (100, 1));
     assert_eq!(study.train.settings, ["time_limit_s=20.0"]);
-    let objective = |name: &str, over| Objective { name: name.into(), weights: vec![("lateral_rms_m".into(), 1.0)], over };
+    let objective =
+        |name: &str, over| Objective { name: name.into(), weights: vec![("lateral_rms_m".into(), 1.0)], relative: true, over };
     assert_eq!(study.objectives, [objective("cost", Over::Quantile(0.9))]);
     assert_eq!(
         study.constraints,
@@ -57,7 +59,7 @@ fn a_file_is_read_as_it_says() {
 #[test]
 fn several_objectives_have_names() {
     let several = "[objective.tracking]\nweights = { lateral_rms_m = 1.0 }\n[objective.effort]\nover = \"worst\"\nweights = { control_effort = 2.0 }\n";
-    let text = FILE.replace("[objective]\nover = 0.9\nweights = { lateral_rms_m = 1.0 }\n", several);
+    let text = FILE.replace("[objective]\nover = 0.9\nrelative = true\nweights = { lateral_rms_m = 1.0 }\n", several);
     let study = read(&text).unwrap_or_else(|wrong| panic!("{wrong}"));
     let told: Vec<(&str, Over)> = study.objectives.iter().map(|objective| (objective.name.as_str(), objective.over)).collect();
     assert_eq!(told, [("tracking", Over::Mean), ("effort", Over::Worst)]);
@@ -95,12 +97,13 @@ fn what_is_wrong_is_said_at_its_place() {
         ("base = \"b.toml\"\nreplicates", "base = \"none.toml\"\nreplicates", 9, "no such file"),
         ("replicates = 2", "replicate = 2", 10, "unknown key `replicate`"),
         ("over = 0.9", "over = 2.0", 15, "a quantile from 0 to 1"),
-        ("{ lateral_rms_m = 1.0 }", "{ lateral_rms = 1.0 }", 16, "no metric of a run"),
+        ("relative = true", "relative = 1", 16, "`relative`"),
+        ("{ lateral_rms_m = 1.0 }", "{ lateral_rms = 1.0 }", 17, "no metric of a run"),
         ("{ lateral_rms_m = 1.0 }", "{ lateral_rms_m = 0.0 }", 14, "weighs no metric"),
-        ("{ collisions = 0 }", "{ collision = 0 }", 18, "no metric of a run"),
-        ("most = {", "max = {", 18, "unknown key `max`"),
-        ("step = 0.01", "step = 2.0", 20, "`step` is a number"),
-        ("time_limit_s = 20.0", "robot.speed_m_s = 0.2", 21, "would never count"),
+        ("{ collisions = 0 }", "{ collision = 0 }", 19, "no metric of a run"),
+        ("most = {", "max = {", 19, "unknown key `max`"),
+        ("step = 0.01", "step = 2.0", 21, "`step` is a number"),
+        ("time_limit_s = 20.0", "robot.speed_m_s = 0.2", 22, "would never count"),
     ] {
         let text = FILE.replacen(from, to, 1);
         assert_ne!(text, FILE, "{from}");

@@ -68,7 +68,7 @@ fn the_least_cost_is_found_within_the_budget() {
         assert!((values[0] - 0.03).abs() < 0.01 && (values[1] / 0.4 - 1.0).abs() < 0.05, "{head}: {values:?}");
         assert!(found.runs > 590 && found.runs <= 600, "{}", found.runs);
         assert!(best.is_full && best.rows.len() == 6 && best.costs.objectives < found.trials[0].costs.objectives);
-        assert_eq!(best.costs, crate::tune::objective::costs(&study, &best.rows, &[]));
+        assert_eq!(best.costs, crate::tune::objective::costs(&study, &best.rows, &found.trials[0].rows));
     }
 }
 
@@ -100,7 +100,7 @@ fn with_one_seed_the_scenarios_are_halved() {
 fn of_several_objectives_the_front_is_found() {
     let mut study = study("", "");
     study.objectives = ["lateral_rms_m", "control_effort"]
-        .map(|metric| Objective { name: metric.into(), weights: vec![(metric.into(), 1.0)], over: Over::Mean })
+        .map(|metric| Objective { name: metric.into(), weights: vec![(metric.into(), 1.0)], relative: false, over: Over::Mean })
         .into();
     let found = searched(&study);
     assert_eq!(found.optimiser, "MO-CMA-ES");
@@ -152,6 +152,22 @@ fn a_candidate_is_held_against_the_defaults_own_runs() {
     }
 }
 
+/// As shares of the default's own runs, the default costs 1.
+#[test]
+fn costs_may_be_shares_of_the_defaults() {
+    let mut study = study("", "");
+    study.objectives[0].relative = true;
+    let (found, best) = best(&study);
+    assert_eq!(found.trials[0].costs.objectives, [1.0]);
+    let share = |row: &Row| {
+        let same = |own: &&Row| own.case.seed == row.case.seed && own.case.at.base == row.case.at.base;
+        let own = found.trials[0].rows.iter().find(same).expect("its own");
+        row.outcome.metric("lateral_rms_m").expect("measured") / own.outcome.metric("lateral_rms_m").expect("measured")
+    };
+    let mean = best.rows.iter().map(share).sum::<f64>() / best.rows.len() as f64;
+    assert!((best.costs.objectives[0] - mean).abs() < 1e-12 && mean < 0.2, "{mean}");
+}
+
 /// In the mean a candidate may cost more on one duct if it costs less on another; the default just keeps its own mean.
 #[test]
 fn a_mean_is_held_against_the_defaults_mean() {
@@ -165,7 +181,8 @@ fn a_mean_is_held_against_the_defaults_mean() {
     assert!(found.trials[0].costs.is_feasible() && best.costs.is_feasible());
     for trial in &found.trials {
         // Of those that were spared, the default's runs with the same seeds count.
-        let same = |row: &Row| trial.rows.iter().any(|own| own.case.seed == row.case.seed && own.case.at.base == row.case.at.base);
+        let same =
+            |row: &Row| trial.rows.iter().any(|own| own.case.seed == row.case.seed && own.case.at.base == row.case.at.base);
         let keeps = mean(trial, &|_| true) <= mean(&found.trials[0], &same) * (1.0 + 1e-12);
         assert_eq!(trial.costs.is_feasible(), keeps, "{}", trial.number);
     }

@@ -10,6 +10,7 @@ use serde_json::json;
 
 use super::{Job, LOGS, Order, aside, no_desk, put};
 use crate::cli::problem::Problem;
+use crate::cli::python;
 use crate::cli::streams::note;
 
 /// The driver, and its name in the sweep's folder.
@@ -42,22 +43,8 @@ impl Ray {
     /// Where there is no Python, or no Ray in it.
     pub(super) fn find(nodes: u64, address: Option<String>, python: Option<String>) -> Result<Self, Problem> {
         let python = python.unwrap_or_else(|| "python3".to_owned());
-        let wrong = |message: String| Problem::new(Problem::WRONG_INPUT, message).about("--engine ray");
-        let elsewhere = "or leave `--engine` out to run on this machine alone";
-        // Looked for, not imported: that would take seconds.
-        let look = "import importlib.util, sys; sys.exit(0 if importlib.util.find_spec('ray') else 7)";
-        match aside(&python).args(["-c", look]).stdin(Stdio::null()).output() {
-            Ok(told) if told.status.success() => Ok(Self { nodes, address, python }),
-            Ok(told) if told.status.code() == Some(7) => Err(wrong(format!("Ray is not installed in {python}")).help(format!(
-                "`{python} -m pip install ray` installs it (Debian's Python wants a virtual environment: `--python` names its \
-                     python); {elsewhere}"
-            ))),
-            Ok(told) => Err(wrong(format!("{python} does not work: {}", String::from_utf8_lossy(&told.stderr).trim()))
-                .help("`--python` names another one")),
-            Err(error) => Err(wrong(format!("there is no Python here: {python}: {error}")).help(format!(
-                "install Python and, in it, Ray (`python3 -m pip install ray`), and name it with `--python`; {elsewhere}"
-            ))),
-        }
+        python::find(&python, "ray", "Ray", "or leave `--engine` out to run on this machine alone")?;
+        Ok(Self { nodes, address, python })
     }
 
     /// Starts the driver.
