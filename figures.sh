@@ -3,19 +3,20 @@
 #
 #   ./figures.sh [--slice] [OUT.json]      (figures.json)
 #
-# Eight seeds a scenario, 32 random networks and the whole accuracy studies; an hour on two cores without a graphics card. --slice takes
+# Eight seeds a scenario, 32 random networks, the whole accuracy studies and those of tuning; two hours on two cores without a graphics card. --slice takes
 # one seed, four random networks and fewer frames: a few minutes. A hundred networks are a sweep of their own:
 #   ductloop sweep scenarios/sweeps/random-networks.toml
 set -euo pipefail
 cd "$(dirname "$0")"
 
 slice=()
+tuning=(koh-cho pure-pursuit lqr wheel-controller perception estimator)
 poses=()
 frames=10000
 out=figures.json
 for argument in "$@"; do
     case "$argument" in
-        --slice) slice=(--slice); poses=(--set poses.count=4); frames=600 ;;
+        --slice) slice=(--slice); tuning=(smoke); poses=(--set poses.count=4); frames=600 ;;
         -*) echo "figures.sh: unknown option $argument; usage: ./figures.sh [--slice] [OUT.json]" >&2; exit 2 ;;
         *) out=$argument ;;
     esac
@@ -43,6 +44,12 @@ for study in accuracy accuracy-noise accuracy-everything accuracy-hard; do
     cargo run --release --locked --quiet -- accuracy "scenarios/studies/$study.toml" --out "$parts/studies" --json --quiet \
         ${poses[@]+"${poses[@]}"} >"$parts/$study.json" || [ $? = 1 ]
 done
+tuned=()
+for study in "${tuning[@]}"; do
+    echo "tune $study …" >&2
+    cargo run --release --locked --quiet -- tune "scenarios/studies/$study.toml" --out "$parts/tuned" --json --quiet >"$parts/tuned-$study.json"
+    tuned+=(--tuned "$parts/tuned-$study.json")
+done
 echo "bench …" >&2
 cargo run --release --locked --quiet -- bench --json >"$parts/bench"
 echo "runs …" >&2
@@ -50,4 +57,4 @@ cargo run --release --locked --quiet --example figures -- ${slice[@]+"${slice[@]
     --bench "$parts/bench" --physics "$parts/physics" --stripes "$parts/stripes" \
     --sensor "$parts/sensor" --memory "$parts/memory" --calibration "$parts/calibration" \
     --study "$parts/accuracy.json" --study "$parts/accuracy-noise.json" --study "$parts/accuracy-everything.json" \
-    --study "$parts/accuracy-hard.json" "$out"
+    --study "$parts/accuracy-hard.json" "${tuned[@]}" "$out"

@@ -2,12 +2,13 @@
 //!
 //! ```text
 //! cargo run --release --example figures -- [--slice] --bench FILE --physics FILE --stripes FILE --sensor FILE --memory FILE \
-//!     --calibration FILE --study FILE --study FILE … OUT.json
+//!     --calibration FILE --study FILE --study FILE … --tuned FILE … OUT.json
 //! ```
 //!
 //! `--bench` is what `ductloop bench --json` printed; the others are the printed lines of the tests that measure physics,
 //! rendered stripes, and the sensor (CCD, light, and the renderers against each other), `--memory` those of the example
-//! `resident_memory`, `--calibration` those of the gauge and of the photographs; `--study` is what `ductloop accuracy --json` printed.
+//! `resident_memory`, `--calibration` those of the gauge and of the photographs; `--study` is what `ductloop accuracy --json` printed,
+//! `--tuned` what `ductloop tune --json` did.
 //! `--slice` takes one seed a scenario instead of eight, and four random networks instead of 32.
 
 use std::error::Error;
@@ -35,6 +36,7 @@ struct Arguments {
     memory: Vec<String>,
     calibration: Vec<String>,
     studies: Map<String, Value>,
+    tuned: Map<String, Value>,
     out: String,
 }
 
@@ -76,6 +78,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "memory": arguments.memory,
         "calibration": arguments.calibration,
         "accuracy": arguments.studies,
+        "tuning": arguments.tuned,
     });
     std::fs::write(&arguments.out, format!("{document:#}\n"))?;
     println!("{}", arguments.out);
@@ -85,7 +88,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn read_arguments() -> Result<Arguments, Box<dyn Error>> {
     let (mut seeds, mut bench, mut out) = (8, Value::Null, None);
     let (mut physics, mut stripes, mut sensor, mut memory) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    let (mut calibration, mut studies) = (Vec::new(), Map::new());
+    let (mut calibration, mut studies, mut tuned) = (Vec::new(), Map::new(), Map::new());
     let mut rest = std::env::args().skip(1);
     while let Some(argument) = rest.next() {
         let mut text = || -> Result<String, Box<dyn Error>> {
@@ -105,11 +108,17 @@ fn read_arguments() -> Result<Arguments, Box<dyn Error>> {
                 let name = study["name"].as_str().ok_or("a study without a name")?.to_owned();
                 studies.insert(name, cells(&study));
             }
+            "--tuned" => {
+                let study: Value = serde_json::from_str(&text()?)?;
+                let name = study["study"].as_str().ok_or("a study without a name")?.to_owned();
+                let keys = ["optimiser", "trials", "runs", "best", "held_out", "verdict"];
+                tuned.insert(name, keys.iter().map(|key| ((*key).to_owned(), study[*key].clone())).collect::<Map<_, _>>().into());
+            }
             path => out = Some(path.to_owned()),
         }
     }
     let out = out.ok_or("the name of the file to write is missing")?;
-    Ok(Arguments { seeds, bench, physics, stripes, sensor, memory, calibration, studies, out })
+    Ok(Arguments { seeds, bench, physics, stripes, sensor, memory, calibration, studies, tuned, out })
 }
 
 /// The lines that tests printed with one of `words` in them, without the name of the test that stands before the first.

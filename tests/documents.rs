@@ -71,13 +71,25 @@ fn code(markdown: &str) -> Vec<String> {
     blocks.into_iter().map(|block| block.text).chain(spans).collect()
 }
 
+/// The words of a line; what stands between single quotes is one.
+fn words(line: &str) -> Vec<String> {
+    let mut words = Vec::new();
+    for (at, part) in line.split('\'').enumerate() {
+        match at % 2 {
+            0 => words.extend(part.split_whitespace().map(str::to_owned)),
+            _ => words.push(part.to_owned()),
+        }
+    }
+    words
+}
+
 /// The arguments of every call of the program in a piece of code: after `ductloop`, a path that ends so, or `cargo run … --`.
 fn calls(code: &str) -> Vec<Vec<String>> {
     let mut calls = Vec::new();
     for line in code.replace("\\\n", " ").lines() {
         // What follows belongs to the shell.
         let line = [" #", " |", " >", " &&", " 2>"].iter().fold(line, |line, end| line.split(end).next().unwrap_or_default());
-        let words: Vec<_> = line.split_whitespace().map(str::to_owned).collect();
+        let words = words(line);
         let is_program = |word: &String| word == "ductloop" || word.ends_with("/ductloop");
         let cargo_run = words.windows(2).any(|pair| pair == ["cargo", "run"]) && !words.iter().any(|word| word == "--example");
         let start = match words.iter().position(is_program) {

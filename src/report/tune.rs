@@ -2,15 +2,19 @@
 
 use minijinja::{Environment, Value, context};
 
-use super::plot::{Level, Plot, Series, Style};
+use super::plot::Plot;
 use super::{ReportError, STYLE};
 use crate::scenario::study_file::{Objective, Over, StudyFile};
 use crate::scenario::sweep_file::SweepFile;
+use crate::tune::candidate;
 use crate::tune::comparison::Comparison;
 use crate::tune::search::Search;
 use crate::tune::summary::{Held, Trajectories, against, rank_correlation, verdict_words};
 use crate::tune::trials::{mean, metrics};
-use crate::tune::{candidate, front};
+
+mod plots;
+
+use plots::{convergence, front_plot, scatter, trajectories, volume};
 
 const PAGE: &str = include_str!("tune.html");
 
@@ -42,6 +46,7 @@ pub fn html(
         fronts => fronts,
         parameters => (0..study.parameters.len()).map(|index| parameter(study, search, index)).collect::<Vec<_>>(),
         comparisons => held.map(|held| comparisons(study, held)),
+        scenarios => held.map(|held| scenarios(study, held)),
         metrics => metric_rows(study, search, held),
         paths => paths.and_then(trajectories).map(drawing), paths_label => paths.map(|paths| paths.label.clone()),
     })?)
@@ -80,7 +85,7 @@ fn parameter(study: &StudyFile, search: &Search, index: usize) -> Value {
             let points = against(search, index, at);
             context! {
                 correlation => rank_correlation(&points).map(|rho| format!("{rho:+.2}")),
-                plot => scatter(&parameter.path, &parameter.unit, &objective.name, &points).map(drawing),
+                plot => scatter(parameter, &objective.name, &points, best.and_then(|values| values[index].number())).map(drawing),
             }
         })
         .collect();
@@ -93,12 +98,11 @@ fn parameter(study: &StudyFile, search: &Search, index: usize) -> Value {
 
 /// The figures on what was held out: a row for each that stands for what was found, and each objective.
 fn comparisons(study: &StudyFile, held: &Held) -> Vec<Value> {
-    let number = |value: f64| format!("{value:.4e}").parse::<f64>().map_or_else(|_| "-".to_owned(), crate::scenario::shown);
     let row = |trial: usize, objective: &Objective, held: &Comparison| {
         context! {
             trial => trial, objective => objective.name.as_str(), pairs => held.pairs, better => held.better,
-            default => number(held.default_cost), best => number(held.best_cost), gain => number(held.gain),
-            least => number(held.interval[0]), most => number(held.interval[1]), p => format!("{:.4}", held.p_value),
+            default => short(held.default_cost), best => short(held.best_cost), gain => short(held.gain),
+            least => short(held.interval[0]), most => short(held.interval[1]), p => format!("{:.4}", held.p_value),
         }
     };
     let of = |found: &crate::tune::summary::HeldTrial| -> Vec<Value> {
@@ -106,6 +110,26 @@ fn comparisons(study: &StudyFile, held: &Held) -> Vec<Value> {
         each.filter_map(|(objective, held)| Some(row(found.trial, objective, held.as_ref()?))).collect()
     };
     held.found.iter().flat_map(of).collect()
+}
+
+/// The best against the default scenario by scenario, by each objective.
+fn scenarios(study: &StudyFile, held: &Held) -> Vec<Value> {
+    let Some(best) = held.found.first() else { return Vec::new() };
+    let of = |objective: &Objective| {
+        let rows = held.by_scenario(study, &best.rows, objective).into_iter().map(|(name, [default, found])| {
+            let gain = (default > 0.0).then(|| format!("{:+.1} %", 100.0 * (found - default) / default));
+            context! {
+                name => name, objective => objective.name.clone(), default => short(default), best => short(found), change => gain,
+            }
+        });
+        rows.collect::<Vec<_>>()
+    };
+    study.objectives.iter().flat_map(of).collect()
+}
+
+/// A number to five digits.
+fn short(value: f64) -> String {
+    format!("{value:.4e}").parse::<f64>().map_or_else(|_| "-".to_owned(), crate::scenario::shown)
 }
 
 /// Means of the metrics, of default and best, over the training runs and those held out.
@@ -121,165 +145,4 @@ fn metric_rows(study: &StudyFile, search: &Search, held: Option<&Held>) -> Vec<V
         }
     };
     metrics(study).into_iter().map(row).collect()
-}
-
-/// Two objectives against each other: all candidates, those that no other betters, the default and the compromise.
-fn front_plot(study: &StudyFile, search: &Search, [x, y]: [usize; 2]) -> Option<Plot> {
-    let at = |index: usize| (search.trials[index].costs.objectives[x], Some(search.trials[index].costs.objectives[y]));
-    let all: Vec<(f64, Option<f64>)> = (0..search.trials.len())
-        .filter(|index| search.trials[*index].is_full && search.trials[*index].costs.is_feasible())
-        .map(at)
-        .collect();
-    let mut front: Vec<(f64, Option<f64>)> = search.front.iter().map(|index| at(*index)).collect();
-    front.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // What is far behind would press the front into a corner: the dearest tenth is drawn at the edge.
-    let ends = |values: Vec<f64>| {
-        let mut values = values;
-        values.sort_by(f64::total_cmp);
-        Some(about(*values.first()?, *values.get((values.len() - 1) * 9 / 10)?))
-    };
-    let series = |label: &str, class: &'static str, points: Vec<(f64, Option<f64>)>| Series {
-        label: label.into(),
-        class,
-        style: Style::Dots,
-        points,
-    };
-    Some(Plot {
-        x_label: study.objectives[x].name.clone(),
-        y_label: study.objectives[y].name.clone(),
-        x: ends(all.iter().map(|point| point.0).collect())?,
-        y: ends(all.iter().filter_map(|point| point.1).collect())?,
-        height: 320.0,
-        bands: Vec::new(),
-        levels: Vec::new(),
-        series: vec![
-            series("candidates", "estimate", all),
-            series("front", "truth", front),
-            series("default", "fault", vec![at(0)]),
-        ],
-    })
-}
-
-/// How much of the box between the least of each objective and the worst of each the front covers, over the trials.
-fn volume(search: &Search) -> Option<Plot> {
-    let feasible = search.trials.iter().filter(|trial| trial.is_full && trial.costs.is_feasible());
-    let scaled = front::scaled(&feasible.map(|trial| trial.costs.clone()).collect::<Vec<_>>());
-    let reference = vec![1.0; search.trials.first()?.costs.objectives.len()];
-    let points: Vec<(f64, Option<f64>)> =
-        (0..scaled.len()).map(|last| (last as f64, Some(front::hypervolume(&scaled[..=last], &reference)))).collect();
-    let most = points.last()?.1?;
-    Some(Plot {
-        x_label: "candidate that keeps the constraints".into(),
-        y_label: "share covered".into(),
-        x: [0.0, points.len().max(2) as f64],
-        y: [0.0, (1.05 * most).max(f64::MIN_POSITIVE)],
-        height: 260.0,
-        bands: Vec::new(),
-        levels: Vec::new(),
-        series: vec![Series { label: "hypervolume of the front".into(), class: "truth", style: Style::Steps, points }],
-    })
-}
-
-/// From a little below the least to a little above the largest.
-fn about(least: f64, most: f64) -> [f64; 2] {
-    let margin = (0.1 * (most - least)).max(0.01 * most.abs()).max(f64::MIN_POSITIVE);
-    [least - margin, most + margin]
-}
-
-/// Costs over the trials that had all of their runs, and the best so far. Dear ones are drawn at the edge.
-fn convergence(search: &Search) -> Option<Plot> {
-    let full: Vec<(f64, f64)> = search
-        .trials
-        .iter()
-        .filter(|trial| trial.is_full && trial.costs.is_feasible())
-        .map(|trial| (trial.number as f64, trial.costs.objectives[0]))
-        .collect();
-    let default = &search.trials.first()?.costs;
-    let mut least = f64::INFINITY;
-    let so_far: Vec<(f64, Option<f64>)> = full
-        .iter()
-        .map(|(number, cost)| {
-            least = least.min(*cost);
-            (*number, Some(least))
-        })
-        .collect();
-    let mut costs: Vec<f64> = full.iter().map(|(_, cost)| *cost).collect();
-    costs.sort_by(f64::total_cmp);
-    let usual = *costs.get(costs.len().saturating_sub(1) * 9 / 10)?;
-    let levels = match default.is_feasible() {
-        true => vec![Level { y: default.objectives[0], class: "bound", label: "default".into() }],
-        false => Vec::new(),
-    };
-    Some(Plot {
-        x_label: "candidate".into(),
-        y_label: "cost".into(),
-        x: [0.0, search.trials.len().max(2) as f64],
-        y: about(costs[0].min(default.objectives[0]), usual.max(default.objectives[0])),
-        height: 260.0,
-        bands: Vec::new(),
-        levels,
-        series: vec![
-            Series {
-                label: "candidates".into(),
-                class: "estimate",
-                style: Style::Dots,
-                points: full.iter().map(|(number, cost)| (*number, Some(*cost))).collect(),
-            },
-            Series { label: "best so far".into(), class: "truth", style: Style::Steps, points: so_far },
-        ],
-    })
-}
-
-fn scatter(path: &str, unit: &str, objective: &str, points: &[[f64; 2]]) -> Option<Plot> {
-    let ends = |which: usize| {
-        let values = || points.iter().map(|point| point[which]);
-        [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
-    };
-    let [from, to] = ends(0);
-    if points.len() < 2 || from >= to {
-        return None;
-    }
-    let margin = 0.02 * (to - from);
-    let mut costs: Vec<f64> = points.iter().map(|point| point[1]).collect();
-    costs.sort_by(f64::total_cmp);
-    Some(Plot {
-        x_label: if unit.is_empty() { path.to_owned() } else { format!("{path} / {unit}") },
-        y_label: objective.to_owned(),
-        x: [from - margin, to + margin],
-        y: about(costs[0], costs[(costs.len() - 1) * 9 / 10]),
-        height: 220.0,
-        bands: Vec::new(),
-        levels: Vec::new(),
-        series: vec![Series {
-            label: "candidates".into(),
-            class: "truth",
-            style: Style::Dots,
-            points: points.iter().map(|[value, cost]| (*value, Some(*cost))).collect(),
-        }],
-    })
-}
-
-/// Both paths over the way.
-fn trajectories(paths: &Trajectories) -> Option<Plot> {
-    let all = || paths.paths.iter().flatten();
-    let most = all().map(|[_, lateral]| 1e3 * lateral.abs()).fold(0.0, f64::max).max(1.0);
-    let far = all().map(|[distance, _]| *distance).fold(0.0, f64::max);
-    let near = all().map(|[distance, _]| *distance).fold(f64::INFINITY, f64::min);
-    (far > near).then(|| Plot {
-        x_label: "distance / m".into(),
-        y_label: "lateral / mm".into(),
-        x: [near, far],
-        y: [-1.05 * most, 1.05 * most],
-        height: 260.0,
-        bands: Vec::new(),
-        levels: vec![Level { y: 0.0, class: "bound", label: "middle of the duct".into() }],
-        series: [("default", "estimate", 0), ("best", "truth", 1)]
-            .map(|(label, class, which)| Series {
-                label: label.into(),
-                class,
-                style: Style::Line,
-                points: paths.paths[which].iter().map(|[distance, lateral]| (*distance, Some(1e3 * lateral))).collect(),
-            })
-            .into(),
-    })
 }

@@ -12,7 +12,7 @@ use super::trials::{mean, metrics};
 use crate::closed_loop::{RunError, run_unscored};
 use crate::engine::Engine;
 use crate::pilot::Pilot;
-use crate::scenario::study_file::StudyFile;
+use crate::scenario::study_file::{Objective, StudyFile};
 use crate::sweep::table::Row;
 
 /// Pairs of which all signs are the same by chance in less than one of twenty cases: 2 / 2^6.
@@ -58,22 +58,40 @@ pub enum TrajectoryError {
     Run(#[from] RunError),
 }
 
+/// What a pair of runs costs, the default's and another on the same duct with the same seed, if both measured it.
+fn costs_of(objective: &Objective, (own, row): (&Row, &Row)) -> Option<[f64; 2]> {
+    let of = |row: &Row| cost(objective, &row.outcome, Some(&own.outcome));
+    Some([of(own)?, of(row)?])
+}
+
 impl Held {
     /// Of the rows of all, in the same order.
     pub fn of(study: &StudyFile, default: Vec<Row>, found: Vec<(usize, Vec<Row>)>) -> Self {
         let compared = |rows: &[Row]| {
             let against = |objective| {
-                let pairs = default.iter().zip(rows);
-                let costs = pairs.filter_map(|(own, row)| {
-                    let of = |row: &Row| cost(objective, &row.outcome, Some(&own.outcome));
-                    Some([of(own)?, of(row)?])
-                });
-                Comparison::of(&costs.collect::<Vec<_>>(), study.seed)
+                let pairs: Vec<[f64; 2]> = default.iter().zip(rows).filter_map(|pair| costs_of(objective, pair)).collect();
+                Comparison::of(&pairs, study.seed)
             };
             study.objectives.iter().map(against).collect()
         };
         let found = found.into_iter().map(|(trial, rows)| HeldTrial { trial, comparisons: compared(&rows), rows }).collect();
         Self { default, found }
+    }
+
+    /// Mean costs by an objective of the default and of what was found, scenario by scenario, over the pairs that both measured.
+    pub fn by_scenario(&self, study: &StudyFile, rows: &[Row], objective: &Objective) -> Vec<(String, [f64; 2])> {
+        let of = |base: usize| {
+            let pairs: Vec<[f64; 2]> = self
+                .default
+                .iter()
+                .zip(rows)
+                .filter(|(own, _)| own.case.at.base == base)
+                .filter_map(|pair| costs_of(objective, pair))
+                .collect();
+            let mean = |which: usize| pairs.iter().map(|pair| pair[which]).sum::<f64>() / pairs.len() as f64;
+            (!pairs.is_empty()).then(|| (study.held_out.bases[base].name.clone(), [mean(0), mean(1)]))
+        };
+        (0..study.held_out.bases.len()).filter_map(of).collect()
     }
 
     /// Runs the first pair of default and best once more, frame by frame.
@@ -314,6 +332,10 @@ pub fn summary(study: &StudyFile, search: &Search, held: Option<&Held>) -> Value
             .map(|found| {
                 json!({
                     "trial": found.trial, "comparisons": by_objective(&|index| json!(found.comparisons[index])),
+                    "by_scenario": by_objective(&|index| {
+                        let means = held.by_scenario(study, &found.rows, &study.objectives[index]);
+                        means.into_iter().map(|(name, [default, found])| (name, json!({"default": default, "found": found}))).collect::<Map<_, _>>().into()
+                    }),
                     "metrics": means(study, &found.rows), "broken": told(&found.rows),
                 })
             })

@@ -29,6 +29,8 @@ fn violation(schema: &Value, value: &Value, at: &str) -> Option<String> {
         "items",
         "minItems",
         "maxItems",
+        "minProperties",
+        "maxProperties",
         "oneOf",
         "not",
         "pattern",
@@ -88,6 +90,11 @@ fn violation(schema: &Value, value: &Value, at: &str) -> Option<String> {
         return items.iter().enumerate().find_map(|(i, item)| violation(schema, item, &format!("{at}[{i}]")));
     }
     let object = value.as_object()?;
+    let len = object.len() as u64;
+    let [fewest, most] = ["minProperties", "maxProperties"].map(|key| schema[key].as_u64());
+    if fewest.is_some_and(|fewest| len < fewest) || most.is_some_and(|most| len > most) {
+        return wrong(format!("{len} properties"));
+    }
     for key in schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str) {
         if !object.contains_key(key) {
             return wrong(format!("`{key}` is missing"));
@@ -98,6 +105,9 @@ fn violation(schema: &Value, value: &Value, at: &str) -> Option<String> {
         match schema["properties"].get(key).or(named.map(|(_, schema)| schema)) {
             Some(schema) => violation(schema, inner, &format!("{at}.{key}")),
             None if schema["additionalProperties"] == false => wrong(format!("`{key}` is not known")),
+            None if schema["additionalProperties"].is_object() => {
+                violation(&schema["additionalProperties"], inner, &format!("{at}.{key}"))
+            }
             None => None,
         }
     })
@@ -319,6 +329,12 @@ fn that_of_tuning_and_its_reader_agree() {
         (speed, "robot.speed_m_s = { from = 0.1, to = 0.5, scale = \"root\" }", false),
         ("[held_out]\nbase = [\"b.toml\"]\nseed = 9\n", "", false),
         ("seed = 9", "seeds = 9", false),
+        (weights, "relative = true\nweights = { lateral_rms_m = 1 }", true),
+        (weights, "relative = 1\nweights = { lateral_rms_m = 1 }", false),
+        ("[objective]\nweights", "[objective.a]\nweights = { collisions = 1 }\n[objective.b]\nover = \"worst\"\nweights", true),
+        ("[objective]\nweights", "[objective.a]\nover = \"worst\"\n[objective.b]\nweights", false),
+        ("[objective]\nweights = { lateral_rms_m = 1.0 }", "[objective]", false),
+        (weights, "weights = { lateral_rms_m = 1 }\n[constraints]\nmean_of_default = { control_effort = 1.0 }", true),
         (weights, "over = \"median\"\nweights = { lateral_rms_m = 1 }", false),
         (weights, "weights = { lateral_rms = 1.0 }", false),
         (weights, "weights = { lateral_rms_m = \"1\" }", false),

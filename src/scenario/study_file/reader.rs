@@ -29,7 +29,7 @@ const KEYS: [&str; 15] = [
     "stop",
 ];
 /// Keys of an objective.
-pub(super) const OBJECTIVE_KEYS: [&str; 3] = ["over", "weights", "relative"];
+const OBJECTIVE_KEYS: [&str; 3] = ["over", "weights", "relative"];
 const OBJECTIVE_HELP: &str = "as in `[objective]` with `weights = { lateral_rms_m = 1.0 }` below it";
 /// Most objectives: with more nearly every candidate is on the front.
 pub(super) const MOST_OBJECTIVES: usize = 4;
