@@ -8,9 +8,11 @@ use crate::scenario::study_file::{Objective, Over, StudyFile};
 use crate::scenario::sweep_file::SweepFile;
 use crate::tune::candidate;
 use crate::tune::comparison::Comparison;
+use crate::tune::held_out::{Held, HeldTrial, Trajectories};
 use crate::tune::search::Search;
-use crate::tune::summary::{Held, Trajectories, against, rank_correlation, verdict_words};
+use crate::tune::sensitivity::{against, rank_correlation};
 use crate::tune::trials::{mean, metrics};
+use crate::tune::verdict::verdict_words;
 
 mod plots;
 
@@ -105,7 +107,7 @@ fn comparisons(study: &StudyFile, held: &Held) -> Vec<Value> {
             least => short(held.interval[0]), most => short(held.interval[1]), p => format!("{:.4}", held.p_value),
         }
     };
-    let of = |found: &crate::tune::summary::HeldTrial| -> Vec<Value> {
+    let of = |found: &HeldTrial| -> Vec<Value> {
         let each = study.objectives.iter().zip(&found.comparisons);
         each.filter_map(|(objective, held)| Some(row(found.trial, objective, held.as_ref()?))).collect()
     };

@@ -12,9 +12,11 @@ use ductloop::sweep::store::Store;
 use ductloop::sweep::table::{Row, Table};
 use ductloop::sweep::work::Shard;
 use ductloop::tune::ask_tell::{AskTell, Lost};
+use ductloop::tune::held_out::{Held, representatives};
 use ductloop::tune::proposer::Proposer;
 use ductloop::tune::search::{Search, search, sweep_of};
-use ductloop::tune::summary::{Held, representatives, summary, verdict_words};
+use ductloop::tune::summary::summary;
+use ductloop::tune::verdict::verdict_words;
 use ductloop::tune::{candidate, trials};
 use serde_json::Value;
 

@@ -4,8 +4,8 @@ use crate::report::plot::{Level, Plot, Series, Style};
 use crate::scenario::study_file::StudyFile;
 use crate::scenario::sweep_file::{Factor, Levels};
 use crate::tune::front;
+use crate::tune::held_out::Trajectories;
 use crate::tune::search::Search;
-use crate::tune::summary::Trajectories;
 
 /// Two objectives against each other: all candidates, those that no other betters, the default and the compromise.
 pub(super) fn front_plot(study: &StudyFile, search: &Search, [x, y]: [usize; 2]) -> Option<Plot> {

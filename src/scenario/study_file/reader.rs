@@ -65,7 +65,8 @@ impl<'a> StudyReader<'a> {
             }
         }
         let parameters = self.parameters();
-        let settings = self.all.settings(&parameters);
+        // A parameter may stand there too: it is what the default has.
+        let settings = self.all.settings(&[]);
         let name = self.all.name();
         let wall_limit_s = self.all.number(self.all.root, "wall_limit_s", [1e-3, 1e9]);
         let seed = self.all.integer("seed", [0, i64::MAX], 1).unsigned_abs();

@@ -152,6 +152,16 @@ fn a_candidate_is_held_against_the_defaults_own_runs() {
     }
 }
 
+/// What `[scenario]` says of a parameter is what the default has; candidates have their own.
+#[test]
+fn the_default_of_a_parameter_can_be_said() {
+    let study = study("", "[scenario]\nrobot.speed_m_s = 0.6\n");
+    assert_eq!(candidate::default(&study, &study.parameters[1]), Some(0.6));
+    let scenario = |settings: &[String]| study.train.scenario(0, settings, 1).map(|scenario| scenario.speed_m_s);
+    assert_eq!(scenario(&[]), Ok(0.6));
+    assert_eq!(scenario(&["robot.speed_m_s=0.3".to_owned()]), Ok(0.3));
+}
+
 /// As shares of the default's own runs, the default costs 1.
 #[test]
 fn costs_may_be_shares_of_the_defaults() {

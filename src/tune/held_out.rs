@@ -1,0 +1,139 @@
+//! The find and the default on what was held out: their runs in pairs, their costs, their paths.
+
+use std::ops::ControlFlow;
+
+use super::candidate;
+use super::comparison::Comparison;
+use super::objective::cost;
+use super::search::Search;
+use crate::closed_loop::{RunError, run_unscored};
+use crate::engine::Engine;
+use crate::pilot::Pilot;
+use crate::scenario::study_file::{Objective, StudyFile};
+use crate::sweep::table::Row;
+
+/// Runs on what was held out, of the default and of what was found.
+#[derive(Clone, Debug)]
+pub struct Held {
+    /// The default's runs.
+    pub default: Vec<Row>,
+    /// Those of the best, and of several objectives of the front's ends.
+    pub found: Vec<HeldTrial>,
+}
+
+/// What was found, on what was held out.
+#[derive(Clone, Debug)]
+pub struct HeldTrial {
+    /// Its number.
+    pub trial: usize,
+    /// Its runs, in the default's order: same ducts, same seeds.
+    pub rows: Vec<Row>,
+    /// It against the default by each objective, over the pairs that both measured; `None` without any.
+    pub comparisons: Vec<Option<Comparison>>,
+}
+
+/// Lateral error along the way, of the default and of the find.
+#[derive(Clone, Debug)]
+pub struct Trajectories {
+    /// What was run: scenario and seed.
+    pub label: String,
+    /// Distance along the duct and offset to the left of its middle, in metres, frame by frame.
+    pub paths: [Vec<[f64; 2]>; 2],
+}
+
+/// Why two paths cannot be laid over each other.
+#[derive(Debug, thiserror::Error)]
+pub enum TrajectoryError {
+    /// What was a scenario is none any more.
+    #[error("{0}")]
+    Scenario(#[from] crate::scenario::Diagnostics),
+    /// The run could not begin or go on.
+    #[error(transparent)]
+    Run(#[from] RunError),
+}
+
+/// What a pair of runs costs, the default's and another on the same duct with the same seed, if both measured it.
+fn costs_of(objective: &Objective, (own, row): (&Row, &Row)) -> Option<[f64; 2]> {
+    let of = |row: &Row| cost(objective, &row.outcome, Some(&own.outcome));
+    Some([of(own)?, of(row)?])
+}
+
+impl Held {
+    /// Of the rows of all, in the same order.
+    pub fn of(study: &StudyFile, default: Vec<Row>, found: Vec<(usize, Vec<Row>)>) -> Self {
+        let compared = |rows: &[Row]| {
+            let against = |objective| {
+                let pairs: Vec<[f64; 2]> = default.iter().zip(rows).filter_map(|pair| costs_of(objective, pair)).collect();
+                Comparison::of(&pairs, study.seed)
+            };
+            study.objectives.iter().map(against).collect()
+        };
+        let found = found.into_iter().map(|(trial, rows)| HeldTrial { trial, comparisons: compared(&rows), rows }).collect();
+        Self { default, found }
+    }
+
+    /// Mean costs by an objective of the default and of what was found, scenario by scenario, over the pairs that both measured.
+    pub fn by_scenario(&self, study: &StudyFile, rows: &[Row], objective: &Objective) -> Vec<(String, [f64; 2])> {
+        let of = |base: usize| {
+            let pairs: Vec<[f64; 2]> = self
+                .default
+                .iter()
+                .zip(rows)
+                .filter(|(own, _)| own.case.at.base == base)
+                .filter_map(|pair| costs_of(objective, pair))
+                .collect();
+            let mean = |which: usize| pairs.iter().map(|pair| pair[which]).sum::<f64>() / pairs.len() as f64;
+            (!pairs.is_empty()).then(|| (study.held_out.bases[base].name.clone(), [mean(0), mean(1)]))
+        };
+        (0..study.held_out.bases.len()).filter_map(of).collect()
+    }
+
+    /// Runs the first pair of default and best once more, frame by frame.
+    ///
+    /// # Errors
+    /// Where a scenario or a renderer is not there any more.
+    pub fn trajectories(
+        &self,
+        study: &StudyFile,
+        search: &Search,
+        engine: &Engine,
+    ) -> Result<Option<Trajectories>, TrajectoryError> {
+        let Some(values) = search.best.and_then(|best| search.trials[best].values.as_ref()) else { return Ok(None) };
+        let Some(case) = self.default.first().map(|row| &row.case) else { return Ok(None) };
+        let path = |settings: &[String]| -> Result<Vec<[f64; 2]>, TrajectoryError> {
+            let scenario = study.held_out.scenario(case.at.base, settings, case.seed)?;
+            let mut renderer = engine.renderer(&scenario, 1)?;
+            let record = run_unscored(&scenario, Pilot::of(&scenario), renderer.as_mut(), |_, _| ControlFlow::Continue(()))
+                .map_err(|failure| failure.error)?;
+            Ok(record.frames.iter().map(|frame| [frame.truth.distance_m, frame.truth.lateral_m]).collect())
+        };
+        let found = candidate::settings(&study.parameters, values);
+        let base = &study.held_out.bases[case.at.base];
+        Ok(Some(Trajectories { label: format!("{}, seed {}", base.name, case.seed), paths: [path(&[])?, path(&found)?] }))
+    }
+
+    /// Whether something that was found is better than the default by more than noise: in one objective at least, and worse in none.
+    pub fn is_better(&self) -> bool {
+        self.found.iter().any(|found| {
+            let each = || found.comparisons.iter().flatten();
+            each().any(Comparison::is_better) && !each().any(Comparison::is_worse)
+        })
+    }
+}
+
+/// What stands for the front: the best, and of several objectives the least of each; without the default.
+pub fn representatives(search: &Search) -> Vec<usize> {
+    let mut chosen: Vec<usize> = search.best.into_iter().collect();
+    let objectives = search.trials.first().map_or(0, |trial| trial.costs.objectives.len());
+    for objective in 0..objectives {
+        let cost = |index: &usize| search.trials[*index].costs.objectives[objective];
+        chosen.extend(search.front.iter().copied().min_by(|a, b| cost(a).total_cmp(&cost(b))));
+    }
+    let mut unique = Vec::new();
+    for index in chosen.into_iter().filter(|index| search.trials[*index].values.is_some()) {
+        if !unique.contains(&index) {
+            unique.push(index);
+        }
+    }
+    unique
+}
