@@ -12,7 +12,7 @@ use crate::tune::held_out::{Held, HeldTrial, Trajectories};
 use crate::tune::search::Search;
 use crate::tune::sensitivity::{against, rank_correlation};
 use crate::tune::trials::{mean, metrics};
-use crate::tune::verdict::verdict_words;
+use crate::tune::verdict::{Outcome, verdict_words};
 
 mod plots;
 
@@ -39,7 +39,7 @@ pub fn html(
         style => Value::from_safe_string(STYLE.to_owned()),
         name => study.name.as_str(), about => study.about.as_str(),
         words => verdict_words(study, search, held),
-        is_better => held.is_some_and(Held::is_better),
+        outcome => held.map_or(Outcome::NoGain, |held| held.outcome(study)).word(),
         optimiser => search.optimiser.as_str(), seed => study.seed,
         objectives => study.objectives.iter().map(objective_words).collect::<Vec<_>>(),
         names => study.objectives.iter().map(|objective| objective.name.clone()).collect::<Vec<_>>(),

@@ -111,14 +111,6 @@ impl Held {
         let base = &study.held_out.bases[case.at.base];
         Ok(Some(Trajectories { label: format!("{}, seed {}", base.name, case.seed), paths: [path(&[])?, path(&found)?] }))
     }
-
-    /// Whether something that was found is better than the default by more than noise: in one objective at least, and worse in none.
-    pub fn is_better(&self) -> bool {
-        self.found.iter().any(|found| {
-            let each = || found.comparisons.iter().flatten();
-            each().any(Comparison::is_better) && !each().any(Comparison::is_worse)
-        })
-    }
 }
 
 /// What stands for the front: the best, and of several objectives the least of each; without the default.

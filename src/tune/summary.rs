@@ -61,7 +61,7 @@ pub fn summary(study: &StudyFile, search: &Search, held: Option<&Held>) -> Value
             })
             .collect();
         json!({
-            "is_better": held.is_better(), "default": {"metrics": means(study, &held.default), "broken": told(&held.default)},
+            "outcome": held.outcome(study).word(), "default": {"metrics": means(study, &held.default), "broken": told(&held.default)},
             "found": found,
         })
     });

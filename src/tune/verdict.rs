@@ -1,7 +1,7 @@
 //! What a study comes to, in a few sentences.
 
 use super::comparison::Comparison;
-use super::held_out::Held;
+use super::held_out::{Held, HeldTrial};
 use super::objective::{broken, broken_in_the_mean, counterpart};
 use super::search::Search;
 use crate::scenario::study_file::StudyFile;
@@ -46,6 +46,63 @@ impl Held {
     }
 }
 
+/// What a find is worth on what was held out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Something is better than the default by more than noise in one objective, worse in none, and keeps the constraints.
+    Gain,
+    /// Something is better in one objective and worse in another.
+    TradeOff,
+    /// Something is better, but breaks constraints more than the default does.
+    Broken,
+    /// Nothing is better by more than noise.
+    NoGain,
+}
+
+impl Outcome {
+    /// A word or two for it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Gain => "gain",
+            Self::TradeOff => "trade-off",
+            Self::Broken => "constraints broken",
+            Self::NoGain => "no gain",
+        }
+    }
+
+    fn words(self) -> &'static str {
+        match self {
+            Self::Gain => "A GAIN on the held-out ducts",
+            Self::TradeOff => "A TRADE-OFF on the held-out ducts: what is better in one objective is worse in another",
+            Self::Broken => "NO GAIN: what is better on the held-out ducts breaks constraints there",
+            Self::NoGain => "NO GAIN on the held-out ducts beyond noise",
+        }
+    }
+}
+
+impl Held {
+    /// What the best of what was found is worth.
+    pub fn outcome(&self, study: &StudyFile) -> Outcome {
+        let breaks = |rows: &[Row]| -> usize {
+            let each: usize = self.broken(study, rows).iter().map(|(_, count, _)| count).sum();
+            each + broken_in_the_mean(&study.constraints, rows, &self.default).len()
+        };
+        let own = breaks(&self.default);
+        let any = |is: &dyn Fn(&Comparison) -> bool, found: &HeldTrial| found.comparisons.iter().flatten().any(is);
+        let better: Vec<&HeldTrial> = self.found.iter().filter(|found| any(&Comparison::is_better, found)).collect();
+        let (worse, whole): (Vec<&HeldTrial>, _) = better.into_iter().partition(|found| any(&Comparison::is_worse, found));
+        if whole.iter().any(|found| breaks(&found.rows) <= own) {
+            Outcome::Gain
+        } else if !worse.is_empty() {
+            Outcome::TradeOff
+        } else if !whole.is_empty() {
+            Outcome::Broken
+        } else {
+            Outcome::NoGain
+        }
+    }
+}
+
 /// The study in a few sentences.
 pub fn verdict_words(study: &StudyFile, search: &Search, held: Option<&Held>) -> Vec<String> {
     let mut words =
@@ -66,21 +123,17 @@ pub fn verdict_words(study: &StudyFile, search: &Search, held: Option<&Held>) ->
         words.push("NO GAIN: no candidate is better than the default on the training ducts".to_owned());
         return words;
     };
+    words.push(held.outcome(study).words().to_owned());
     for found in &held.found {
-        for (objective, comparison) in study.objectives.iter().zip(&found.comparisons) {
-            let Some(comparison) = comparison else {
-                words.push(format!(
-                    "NO GAIN: no held-out run of candidate {} and the default measured {}",
-                    found.trial, objective.name
-                ));
-                continue;
-            };
-            words.push(compared(study, found.trial, &objective.name, comparison));
-        }
-        let default = held.broken(study, &held.default);
+        let told = study.objectives.iter().zip(&found.comparisons).map(|(objective, comparison)| match comparison {
+            Some(comparison) => compared(&objective.name, comparison),
+            None => format!("{}: not measured", objective.name),
+        });
+        words.push(format!("held out, candidate {} against the default: {}", found.trial, told.collect::<Vec<_>>().join("; ")));
         for (name, excess) in broken_in_the_mean(&study.constraints, &found.rows, &held.default) {
             words.push(format!("held out, candidate {} breaks \"{name}\" by {:.1} %", found.trial, 100.0 * excess));
         }
+        let default = held.broken(study, &held.default);
         for (name, count, most) in held.broken(study, &found.rows) {
             let own = default.iter().find(|(other, ..)| *other == name).map_or(0, |(_, count, _)| *count);
             words.push(format!(
@@ -98,30 +151,46 @@ pub fn verdict_words(study: &StudyFile, search: &Search, held: Option<&Held>) ->
     words
 }
 
-/// What a comparison says.
-fn compared(study: &StudyFile, trial: usize, objective: &str, held: &Comparison) -> String {
+/// What a comparison says: how much less or more the find costs, and how sure that is.
+fn compared(objective: &str, held: &Comparison) -> String {
+    let (sign, word) = if held.gain >= 0.0 { (1.0, "less") } else { (-1.0, "more") };
     // Of a cost that can be below zero there are no shares.
     let relative = held.default_cost > 0.0;
-    let told = |value: f64| if relative { format!("{:.1}", 100.0 * value / held.default_cost) } else { format!("{value:.4e}") };
+    let told = |value: f64| match relative {
+        true => format!("{:.1}", 100.0 * sign * value / held.default_cost),
+        false => format!("{:.4e}", sign * value),
+    };
+    let mut interval = held.interval.map(|end| sign * end);
+    interval.sort_by(f64::total_cmp);
     let unit = if relative { " %" } else { "" };
-    let figures = format!(
-        "{}{unit} ({} to {}{unit}, p = {:.4}, better in {} of {} pairs)",
+    let noise = if held.is_better() || held.is_worse() { "" } else { ", no more than noise" };
+    format!(
+        "{objective} {}{unit} {word} ({} to {}{unit}, p = {:.4}, better in {} of {} pairs{noise})",
         told(held.gain),
-        told(held.interval[0]),
-        told(held.interval[1]),
+        told(sign * interval[0]),
+        told(sign * interval[1]),
         held.p_value,
         held.better,
         held.pairs
-    );
-    let (who, of) = match study.objectives.len() {
-        1 => ("the best".to_owned(), String::new()),
-        _ => (format!("candidate {trial}"), format!(" in {objective}")),
-    };
-    if held.is_better() {
-        format!("on the held-out ducts {who} costs less than the default{of} by {figures}")
-    } else if held.is_worse() {
-        format!("WORSE on the held-out ducts: {who} costs less than the default{of} by {figures}")
-    } else {
-        format!("NO GAIN on the held-out ducts beyond noise: {who} costs less than the default{of} by {figures}")
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(pairs: &[[f64; 2]]) -> String {
+        compared("cost", &Comparison::of(pairs, 1).expect("pairs"))
+    }
+
+    #[test]
+    fn a_comparison_says_which_way_it_goes_and_how_sure_it_is() {
+        let pairs = |default: f64, found: f64| -> Vec<[f64; 2]> { (0..8).map(|i| [default + 0.01 * f64::from(i), found]).collect() };
+        assert_eq!(told(&pairs(2.0, 1.0)), "cost 50.9 % less (50.0 to 51.7 %, p = 0.0078, better in 8 of 8 pairs)");
+        assert!(told(&pairs(1.0, 2.0)).starts_with("cost 93.2 % more (91."), "{}", told(&pairs(1.0, 2.0)));
+        let even = [[1.0, 1.1], [1.1, 1.0], [1.0, 1.2], [1.2, 1.0]];
+        assert!(told(&even).contains("0.0 % less") && told(&even).contains("no more than noise"), "{}", told(&even));
+        // A cost below zero has no shares.
+        assert!(told(&[[-3.0, -4.0]; 6]).starts_with("cost 1.0000e0 less"), "{}", told(&[[-3.0, -4.0]; 6]));
     }
 }

@@ -39,7 +39,7 @@ pub(super) fn front_plot(study: &StudyFile, search: &Search, [x, y]: [usize; 2])
         series: vec![
             series("candidates", "estimate", all),
             series("front", "truth", front),
-            series("default", "fault", vec![at(0)]),
+            series("default", "collision", vec![at(0)]),
         ],
     })
 }
@@ -143,7 +143,7 @@ pub(super) fn scatter(parameter: &Factor, objective: &str, points: &[[f64; 2]], 
         height: 220.0,
         bands: Vec::new(),
         levels: Vec::new(),
-        series: [("candidates", "truth", false), ("best", "fault", true)]
+        series: [("candidates", "truth", false), ("best", "collision", true)]
             .map(|(label, class, is_best)| Series { label: label.into(), class, style: Style::Dots, points: dots(is_best) })
             .into(),
     })
