@@ -11,24 +11,24 @@ def say(message):
 for line in sys.stdin:
     message = json.loads(line)
     if message["message"] == "begin":
-        parameters, step, best = message["parameters"], 0.2, None
-        parent = [0.5] * len(parameters)  # as shares of the ranges
+        parameters, step, best = message["parameters"], 0.2, (math.inf, math.inf)
+        parent = [0.5] * len(parameters)  # as shares of the ranges, in the logarithm where they are logarithmic
+        scale = lambda p, x: math.log(x) if p["scale"] == "log" else x
         random.seed(message["seed"])
         say({"ready": "(1+1) evolution"})
     elif message["message"] == "ask":
-        child = [min(1, max(0, share + random.gauss(0, step))) for share in parent]
         values = {}
-        for share, p in zip(child, parameters):
-            between = lambda a, b: a + share * (b - a)
-            log = p["scale"] == "log"
-            value = math.exp(between(math.log(p["from"]), math.log(p["to"]))) if log else between(p["from"], p["to"])
-            value = min(p["to"], max(p["from"], value))
+        for share, p in zip(parent, parameters):
+            share = min(1, max(0, share + random.gauss(0, step)))
+            value = scale(p, p["from"]) + share * (scale(p, p["to"]) - scale(p, p["from"]))
+            value = min(p["to"], max(p["from"], math.exp(value) if p["scale"] == "log" else value))
             values[p["path"]] = round(value) if p["whole"] else value
         say({"candidates": [values]})
-    elif message["message"] == "tell" and message["trials"][0]["trial"] > 0 and not message["trials"][0]["is_replayed"]:
-        told = message["trials"][0]
-        rank = (told["violation"], told["costs"][0] if told["costs"][0] is not None else math.inf)
-        if best is None or rank <= best:
-            parent, best, step = child, rank, step * 1.5
-        else:
-            step *= 1.5 ** -0.25
+    elif message["message"] == "tell":
+        for told in message["trials"]:  # what an earlier call proposed is learned from like what was asked for
+            rank = (told["violation"], math.inf if told["costs"][0] is None else told["costs"][0])
+            if told["values"] and rank <= best:
+                best, step = rank, step * 1.5
+                parent = [(scale(p, told["values"][p["path"]]) - scale(p, p["from"])) / (scale(p, p["to"]) - scale(p, p["from"])) for p in parameters]
+            elif told["trial"] > 0:
+                step *= 1.5 ** -0.25

@@ -102,7 +102,7 @@ fn parameter(study: &StudyFile, search: &Search, index: usize) -> Value {
 fn comparisons(study: &StudyFile, held: &Held) -> Vec<Value> {
     let row = |trial: usize, objective: &Objective, held: &Comparison| {
         context! {
-            trial => trial, objective => objective.name.as_str(), pairs => held.pairs, better => held.better,
+            trial => trial, objective => objective.name.as_str(), pairs => held.pairs, better => held.better, units => held.units, by_duct => held.by_duct,
             default => short(held.default_cost), best => short(held.best_cost), gain => short(held.gain),
             least => short(held.interval[0]), most => short(held.interval[1]), p => format!("{:.4}", held.p_value),
         }

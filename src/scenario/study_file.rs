@@ -8,7 +8,7 @@
 //! runs = 500                             # budget
 //!
 //! [parameter]                            # any number of a scenario by its path
-//! control.koh_cho.landing_m = { from = 0.3, to = 3.0, scale = "log" }
+//! control.koh-cho.landing = { from = 0.005, to = 0.1, scale = "log" }
 //!
 //! [train]
 //! base = ["../straight-offset.toml", "../straight-narrow.toml"]
@@ -40,6 +40,7 @@ use serde::{Deserialize, Serialize};
 
 use super::diagnostic::{Diagnostics, Finding};
 use super::overlay::Overlays;
+use super::source::Span;
 use super::sweep_file::reader::Read;
 use super::sweep_file::{Factor, SweepFile, WrongBases, among, beside, with_bases};
 use super::typed::Typed;
@@ -187,11 +188,18 @@ impl StudyFile {
         if common.is_empty() {
             return Vec::new();
         }
-        let both = |base: &&super::sweep_file::Base| self.held_out.bases.iter().any(|other| other.text == base.text);
+        // Two files may say the same in other words.
+        let scenario = |sweep: &SweepFile, base: usize| {
+            let mut scenario = sweep.scenario(base, &[], common.start).ok()?;
+            (scenario.name, scenario.about) = (String::new(), String::new());
+            Some(scenario)
+        };
+        let held: Vec<_> = (0..self.held_out.bases.len()).map(|base| scenario(&self.held_out, base)).collect();
+        let both = |base: &usize| scenario(&self.train, *base).is_some_and(|own| held.contains(&Some(own)));
         let told = |base: &super::sweep_file::Base| {
             format!("`{}` is trained on and held out with seeds {} to {}", base.name, common.start, common.end - 1)
         };
-        self.train.bases.iter().filter(both).map(told).collect()
+        (0..self.train.bases.len()).filter(both).map(|base| told(&self.train.bases[base])).collect()
     }
 }
 
@@ -220,7 +228,16 @@ fn resolve(typed: &Typed, load: &impl Fn(&str) -> Result<(String, String), Diagn
         Ok::<_, Diagnostics>(SweepFile { factors: Vec::new(), ..sweep })
     };
     let (train, held_out) = (with(train)?, with(held_out)?);
-    Ok(StudyFile { train, held_out, ..study })
+    let study = StudyFile { train, held_out, ..study };
+    let least = 2 * study.runs_of_a_candidate();
+    if study.runs < least {
+        let span = typed.root.get("runs").map_or(Span::default(), |node| node.span);
+        let message = format!("{} runs are too few for the default and one candidate", study.runs);
+        return Err(fail(vec![
+            Finding::new(span, message).help(format!("each takes {} runs: `runs = {least}` or more", least / 2)),
+        ]));
+    }
+    Ok(study)
 }
 
 #[cfg(test)]

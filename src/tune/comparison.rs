@@ -1,4 +1,7 @@
 //! The find against the default, on runs that both had: same ducts, same seeds.
+//!
+//! What a gain is to hold on are ducts, and seeds of one duct are no other ducts: its pairs are put together first, and an interval and a test
+//! are those of the ducts' means. Where only one duct was held out its seeds are all there is, and what is found holds on it alone.
 
 use serde::Serialize;
 
@@ -15,33 +18,42 @@ const EXACT: usize = 13;
 /// What a paired comparison came to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
-    /// Pairs.
+    /// Pairs of runs.
     pub pairs: usize,
+    /// What counts as independent: ducts, or where there is one alone its pairs.
+    pub units: usize,
+    /// Whether these are ducts.
+    pub by_duct: bool,
     /// Mean cost of the default and of the find.
     pub default_cost: f64,
     /// See `default_cost`.
     pub best_cost: f64,
     /// Mean of default less find: positive if the find is better.
     pub gain: f64,
-    /// Its 95 % interval: percentiles of a bootstrap over the pairs.
+    /// Its 95 % interval: percentiles of a bootstrap over the units.
     pub interval: [f64; 2],
-    /// How probable a gain of this size or more, to either side, is if neither is better: a permutation test that flips the signs of the pairs'
-    /// differences.
+    /// How probable a gain of this size or more, to either side, is if neither is better: a permutation test that flips the signs of the units'
+    /// mean differences.
     pub p_value: f64,
-    /// Pairs in which the find is better.
+    /// Units on which the find is better.
     pub better: usize,
 }
 
 impl Comparison {
-    /// Of the costs of default and find, pair by pair; `None` without any.
-    pub fn of(pairs: &[[f64; 2]], seed: u64) -> Option<Self> {
-        if pairs.is_empty() {
-            return None;
-        }
-        let count = pairs.len();
-        let mean = |of: &dyn Fn(&[f64; 2]) -> f64| pairs.iter().map(of).sum::<f64>() / count as f64;
-        let differences: Vec<f64> = pairs.iter().map(|[default, best]| default - best).collect();
-        let gain = mean(&|[default, best]| default - best);
+    /// Of the costs of default and find, duct by duct and pair by pair; `None` without any. All ducts count alike.
+    pub fn of(ducts: &[Vec<[f64; 2]>], seed: u64) -> Option<Self> {
+        let ducts: Vec<&Vec<[f64; 2]>> = ducts.iter().filter(|pairs| !pairs.is_empty()).collect();
+        let by_duct = ducts.len() > 1;
+        let mean_of =
+            |pairs: &[[f64; 2]]| [0, 1].map(|which| pairs.iter().map(|pair| pair[which]).sum::<f64>() / pairs.len() as f64);
+        let units: Vec<[f64; 2]> = match ducts.as_slice() {
+            [] => return None,
+            [alone] => (*alone).clone(),
+            several => several.iter().map(|pairs| mean_of(pairs)).collect(),
+        };
+        let count = units.len();
+        let [default_cost, best_cost] = mean_of(&units);
+        let differences: Vec<f64> = units.iter().map(|[default, best]| default - best).collect();
         let mut means: Vec<f64> = (0..DRAWS)
             .map(|draw| {
                 let one = |nth: u64| differences[((uniform(seed, draw, BOOTSTRAP + nth) * count as f64) as usize).min(count - 1)];
@@ -51,24 +63,26 @@ impl Comparison {
         means.sort_by(f64::total_cmp);
         let at = |share: f64| means[((share * DRAWS as f64) as usize).min(DRAWS as usize - 1)];
         Some(Self {
-            pairs: count,
-            default_cost: mean(&|[default, _]| *default),
-            best_cost: mean(&|[_, best]| *best),
-            gain,
+            pairs: ducts.iter().map(|pairs| pairs.len()).sum(),
+            units: count,
+            by_duct,
+            default_cost,
+            best_cost,
+            gain: default_cost - best_cost,
             interval: [at(0.025), at(0.975)],
             p_value: p_value(&differences, seed),
             better: differences.iter().filter(|difference| **difference > 0.0).count(),
         })
     }
 
-    /// Whether the find is better by more than noise: the interval is above zero, and so is the test at 5 %.
-    pub fn is_better(&self) -> bool {
-        self.interval[0] > 0.0 && self.p_value < 0.05
+    /// Whether the find is better by more than noise: the interval is above zero, and the test says so at this level.
+    pub fn is_better(&self, level: f64) -> bool {
+        self.interval[0] > 0.0 && self.p_value < level
     }
 
     /// Whether it is worse by more than noise.
-    pub fn is_worse(&self) -> bool {
-        self.interval[1] < 0.0 && self.p_value < 0.05
+    pub fn is_worse(&self, level: f64) -> bool {
+        self.interval[1] < 0.0 && self.p_value < level
     }
 }
 
@@ -99,10 +113,30 @@ mod tests {
     #[test]
     fn the_test_is_exact_for_few_pairs() {
         let pairs: Vec<[f64; 2]> = (0..8).map(|i| [2.0 + 0.1 * f64::from(i), 1.0]).collect();
-        let found = Comparison::of(&pairs, 1).expect("pairs");
+        let found = Comparison::of(&[pairs], 1).expect("pairs");
         assert!((found.p_value - 2.0 / 256.0).abs() < 1e-12, "{found:?}");
-        assert!(found.is_better() && found.better == 8 && found.interval[0] >= 1.0 && found.interval[1] <= 1.7);
+        assert!(found.is_better(0.05) && found.better == 8 && found.interval[0] >= 1.0 && found.interval[1] <= 1.7);
         assert!((found.gain - 1.35).abs() < 1e-12);
+    }
+
+    /// Ducts differ from each other, and seeds hardly do: of three ducts with four seeds each, where neither is better, a test that took pairs
+    /// for units would find a difference in two of five cases. Three ducts cannot show one at 5 %, eight seldom do.
+    #[test]
+    fn seeds_of_a_duct_are_no_ducts() {
+        let rejected = |ducts: u64| {
+            let found = |seed: u64| {
+                let duct = |duct: u64| {
+                    let effect = uniform(seed, duct, 1) - 0.5;
+                    let pair = |i: u64| [1.0 + effect + 0.05 * (uniform(seed, 100 * duct + i, 2) - 0.5), 1.0];
+                    (0..4).map(pair).collect::<Vec<_>>()
+                };
+                Comparison::of(&(0..ducts).map(duct).collect::<Vec<_>>(), seed).expect("pairs")
+            };
+            (0..200).filter(|seed| found(*seed).p_value < 0.05).count()
+        };
+        assert_eq!(rejected(3), 0);
+        // Binomial, 200 at 5 %: 10, and 3.1 of deviation.
+        assert!((2..=19).contains(&rejected(8)), "{}", rejected(8));
     }
 
     /// Where neither is better a test at 5 % says so in one of twenty cases, and an interval of 95 % misses zero as often.
@@ -111,7 +145,7 @@ mod tests {
         let (mut rejected, mut missed) = (0, 0);
         for seed in 0..300 {
             let pairs: Vec<[f64; 2]> = (0..20).map(|i| [uniform(seed, i, 1), uniform(seed, i, 2)]).collect();
-            let found = Comparison::of(&pairs, seed).expect("pairs");
+            let found = Comparison::of(&[pairs], seed).expect("pairs");
             rejected += u32::from(found.p_value < 0.05);
             missed += u32::from(found.interval[0] > 0.0 || found.interval[1] < 0.0);
         }

@@ -62,9 +62,12 @@ impl Held {
     /// Of the rows of all, in the same order.
     pub fn of(study: &StudyFile, default: Vec<Row>, found: Vec<(usize, Vec<Row>)>) -> Self {
         let compared = |rows: &[Row]| {
-            let against = |objective| {
-                let pairs: Vec<[f64; 2]> = default.iter().zip(rows).filter_map(|pair| costs_of(objective, pair)).collect();
-                Comparison::of(&pairs, study.seed)
+            let against = |objective: &Objective| {
+                let duct = |base: usize| {
+                    let pairs = default.iter().zip(rows).filter(|(own, _)| own.case.at.base == base);
+                    pairs.filter_map(|pair| costs_of(objective, pair)).collect()
+                };
+                Comparison::of(&(0..study.held_out.bases.len()).map(duct).collect::<Vec<_>>(), study.seed)
             };
             study.objectives.iter().map(against).collect()
         };
@@ -86,6 +89,21 @@ impl Held {
             (!pairs.is_empty()).then(|| (study.held_out.bases[base].name.clone(), [mean(0), mean(1)]))
         };
         (0..study.held_out.bases.len()).filter_map(of).collect()
+    }
+
+    /// Runs that the default measured and this did not, and the other way round, by any objective.
+    pub fn unpaired(&self, study: &StudyFile, rows: &[Row]) -> [usize; 2] {
+        let has_all =
+            |row: &Row, own: &Row| study.objectives.iter().all(|one| cost(one, &row.outcome, Some(&own.outcome)).is_some());
+        // As a share of the default nothing is measured where the default is not: its own figures are looked at as they are.
+        let plain = |row: &Row| {
+            let is_measured =
+                |objective: &Objective| objective.weights.iter().all(|(metric, _)| row.outcome.metric(metric).is_some());
+            study.objectives.iter().all(is_measured)
+        };
+        let pairs = || self.default.iter().zip(rows);
+        let lost = pairs().filter(|(own, row)| has_all(own, own) && !has_all(row, own)).count();
+        [lost, pairs().filter(|(own, row)| !plain(own) && plain(row)).count()]
     }
 
     /// Runs the first pair of default and best once more, frame by frame.

@@ -36,8 +36,10 @@ impl Journal {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
             Err(error) => return Err(wrong(error.to_string())),
         };
-        let line = |(index, line)| {
-            serde_json::from_str(line).map_err(|error| wrong(format!("line {} is no list of candidates: {error}", index + 1)))
+        let line = |(index, line)| match serde_json::from_str::<Generation>(line) {
+            Ok(generation) if generation.is_empty() => Err(wrong(format!("line {} has no candidates", index + 1))),
+            Ok(generation) => Ok(generation),
+            Err(error) => Err(wrong(format!("line {} is no list of candidates: {error}", index + 1))),
         };
         let generations = text.lines().enumerate().map(line).collect::<Result<_, _>>()?;
         Ok(Self { file: Some(file), generations, read: 0 })
@@ -48,6 +50,15 @@ impl Journal {
         let next = self.generations.get(self.read).cloned()?;
         self.read += 1;
         Some(next)
+    }
+
+    /// That what was read last makes no sense, and where it stands.
+    pub fn wrong(&self, why: &str) -> Lost {
+        let file = self.file.as_ref().map_or(String::new(), |file| file.display().to_string());
+        Lost {
+            message: format!("{file}: line {}: {why}", self.read),
+            help: "remove the file: candidates are proposed anew, and what was run of them is found".into(),
+        }
     }
 
     /// Keeps a generation.
@@ -84,7 +95,9 @@ mod tests {
         assert_eq!(journal.earlier(), None, "what is kept now was not proposed by an earlier call");
         let mut again = Journal::open(file.clone()).expect("a journal");
         assert_eq!([again.earlier(), again.earlier(), again.earlier()], [Some(generation(0.5)), Some(generation(0.25)), None]);
-        std::fs::write(&file, "[{\"a\": 1}]\n[{\"a\":").expect("it is written");
-        assert!(Journal::open(file).expect_err("half a line").message.contains("line 2 is no list"));
+        for (text, words) in [("[{\"a\": 1}]\n[{\"a\":", "line 2 is no list"), ("[]\n", "line 1 has no candidates")] {
+            std::fs::write(&file, text).expect("it is written");
+            assert!(Journal::open(file.clone()).expect_err(text).message.contains(words));
+        }
     }
 }

@@ -6,15 +6,19 @@ use crate::scenario::study_file::{Constraints, Objective, Over, StudyFile};
 use crate::sweep::outcome::Outcome;
 use crate::sweep::table::Row;
 
-/// What a run that has no figures counts for, in violations: more than a bound that is missed tenfold.
-const NO_RUN: f64 = 10.0;
+/// Most that a bound counts for, in violations, however far it is missed.
+const MOST_EXCESS: f64 = 10.0;
+/// What a run that could not go on counts for: more than one that misses bounds.
+const NO_RUN: f64 = 100.0;
+/// What a figure that was not measured counts for.
+const NO_FIGURE: f64 = MOST_EXCESS;
 
 /// One number to order candidates of one objective by: those that keep the constraints by their cost, behind all of them the others by how much
 /// they break them (Deb, Computer Methods in Applied Mechanics and Engineering 186, 2000).
 pub fn rank(costs: &Costs) -> f64 {
     /// More than any cost of a run.
-    const BROKEN: f64 = 1e12;
-    if costs.is_feasible() { costs.objectives[0] } else { BROKEN * (1.0 + costs.violation) }
+    const BROKEN: f64 = 1e300;
+    if costs.is_feasible() { costs.objectives[0] } else { BROKEN * (1.0 + costs.violation / (1.0 + costs.violation)) }
 }
 
 /// The weighted sum of a run's metrics, as a share of the default's own run where it is `relative`; `None` if one was not measured, or the
@@ -50,7 +54,7 @@ pub fn broken(constraints: &Constraints, outcome: &Outcome, default: Option<&Out
         match outcome.metric(metric) {
             Some(value) if value <= *most => {}
             Some(value) => broken.push((format!("most {metric}"), share(value - most, *most))),
-            None => broken.push((format!("most {metric}"), 1.0)),
+            None => broken.push((format!("most {metric}"), NO_FIGURE)),
         }
     }
     for (metric, times) in &constraints.of_default {
@@ -59,14 +63,14 @@ pub fn broken(constraints: &Constraints, outcome: &Outcome, default: Option<&Out
         match outcome.metric(metric) {
             Some(value) if value <= most => {}
             Some(value) => broken.push((format!("{times} times the default's {metric}"), share(value - most, most))),
-            None => broken.push((format!("{times} times the default's {metric}"), 1.0)),
+            None => broken.push((format!("{times} times the default's {metric}"), NO_FIGURE)),
         }
     }
     for (metric, least) in &constraints.least {
         match outcome.metric(metric) {
             Some(value) if value >= *least => {}
             Some(value) => broken.push((format!("least {metric}"), share(least - value, *least))),
-            None => broken.push((format!("least {metric}"), 1.0)),
+            None => broken.push((format!("least {metric}"), NO_FIGURE)),
         }
     }
     broken
@@ -84,15 +88,25 @@ pub fn broken_in_the_mean(constraints: &Constraints, rows: &[Row], default: &[Ro
         match rows.iter().map(|row| row.outcome.metric(metric)).sum::<Option<f64>>() {
             Some(sum) if sum <= most => {}
             Some(sum) => broken.push((name, share(sum - most, most))),
-            None => broken.push((name, 1.0)),
+            None => broken.push((name, NO_FIGURE)),
         }
     }
     broken
 }
 
-/// An excess as a share of its bound.
+/// Which objectives have no figure in how many runs: what was not measured is not for nothing.
+pub fn unmeasured(study: &StudyFile, rows: &[Row], default: &[Row]) -> Vec<(String, f64)> {
+    let of = |objective: &Objective| {
+        let without = rows.iter().filter(|row| cost(objective, &row.outcome, counterpart(default, row)).is_none()).count();
+        let of_default = if objective.relative { ", or the default's" } else { "" };
+        (without > 0).then(|| (format!("a figure for {}{of_default}", objective.name), NO_FIGURE * without as f64))
+    };
+    study.objectives.iter().filter_map(of).collect()
+}
+
+/// An excess as a share of its bound, where that is zero of a thousandth.
 fn share(excess: f64, bound: f64) -> f64 {
-    excess / bound.abs().max(1e-3)
+    (excess / bound.abs().max(1e-3)).min(MOST_EXCESS)
 }
 
 /// The costs of several runs as one.
@@ -118,8 +132,6 @@ pub fn costs(study: &StudyFile, rows: &[Row], default: &[Row]) -> Costs {
     let mut violation = 0.0;
     let objectives = study.objectives.iter().map(|objective| {
         let measured: Vec<f64> = rows.iter().filter_map(|row| cost(objective, &row.outcome, counterpart(default, row))).collect();
-        // What was not measured is not for nothing.
-        violation += (rows.len() - measured.len()) as f64;
         over(objective.over, &measured)
     });
     let objectives = objectives.collect();
@@ -127,6 +139,7 @@ pub fn costs(study: &StudyFile, rows: &[Row], default: &[Row]) -> Costs {
         let broken = broken(&study.constraints, &row.outcome, counterpart(default, row));
         violation += broken.iter().map(|(_, excess)| excess).sum::<f64>();
     }
+    violation += unmeasured(study, rows, default).iter().map(|(_, excess)| excess).sum::<f64>();
     violation += broken_in_the_mean(&study.constraints, rows, default).iter().map(|(_, excess)| excess).sum::<f64>();
     Costs { objectives, violation }
 }
@@ -152,6 +165,7 @@ mod tests {
 
     #[test]
     fn who_breaks_a_constraint_is_behind_all_who_do_not() {
+        assert!(share(1.0, 0.0) < NO_RUN, "a touch is less than no run at all");
         let [good, dear, off] =
             [(0.1, 0.0), (1e6, 0.0), (0.0, 0.1)].map(|(cost, violation)| Costs { objectives: vec![cost], violation });
         assert!(rank(&good) < rank(&dear) && rank(&dear) < rank(&off));

@@ -43,6 +43,9 @@ pub trait Lines {
     /// # Errors
     /// Where there will be none.
     fn receive(&mut self) -> Result<String, Lost>;
+
+    /// A line that is there already, without waiting.
+    fn unasked(&mut self) -> Option<String>;
 }
 
 /// An optimiser at the other end.
@@ -115,10 +118,14 @@ impl<L: Lines> AskTell for Outside<L> {
         let earlier = self.journal.earlier();
         self.is_replayed = earlier.is_some();
         if let Some(generation) = earlier {
-            return generation.iter().map(|one| levels(&self.parameters, one)).collect();
+            let levels = |one| levels(&self.parameters, one).map_err(|lost| self.journal.wrong(&lost.message));
+            return generation.iter().map(levels).collect();
         }
         // What an evolution strategy would have in a generation.
         let count = default_lambda(self.parameters.len()) * self.objectives;
+        if let Some(line) = self.lines.unasked() {
+            return Err(senseless(&line, "it was not asked", "one answer to an `ask`"));
+        }
         self.lines.send(&json!({"message": "ask", "count": count}).to_string())?;
         let (line, answer) = answer(&mut self.lines)?;
         let wrong = |why: &str| senseless(&line, why, "`{\"candidates\": [{\"path\": value, …}, …]}`");

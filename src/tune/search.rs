@@ -234,11 +234,22 @@ impl Search {
         let costs: Vec<Costs> = full.iter().map(|index| self.trials[*index].costs.clone()).collect();
         let first = front::fronts(&costs).into_iter().next().unwrap_or_default();
         self.front = first.into_iter().map(|index| full[index]).filter(|index| self.trials[*index].costs.is_feasible()).collect();
-        if self.trials[0].costs.objectives.len() == 1 {
-            self.front.truncate(1);
+        let first = |index: &usize| self.trials[*index].costs.objectives[0];
+        let several = self.trials[0].costs.objectives.len() > 1;
+        // Of equal ones the first that was tried.
+        let mut front = std::mem::take(&mut self.front);
+        front.sort_by(|a, b| first(a).total_cmp(&first(b)));
+        if !several {
+            front.truncate(1);
         }
-        let costs: Vec<Costs> = self.front.iter().map(|index| self.trials[*index].costs.clone()).collect();
-        self.best = front::compromise(&costs).map(|index| self.front[index]);
+        self.front = front;
+        // A compromise is sought beside the default, where there is one.
+        let mut choice: Vec<usize> = self.front.iter().copied().filter(|index| *index > 0 || !several).collect();
+        if choice.is_empty() {
+            choice.clone_from(&self.front);
+        }
+        let costs: Vec<Costs> = choice.iter().map(|index| self.trials[*index].costs.clone()).collect();
+        self.best = front::compromise(&costs).map(|index| choice[index]);
     }
 }
 

@@ -5,7 +5,12 @@ use super::search::{Search, Trial};
 /// Value of a parameter and cost by an objective, of all candidates that had all of their runs and kept the constraints.
 pub fn against(search: &Search, parameter: usize, objective: usize) -> Vec<[f64; 2]> {
     let of = |trial: &Trial| Some([trial.values.as_ref()?[parameter].number()?, trial.costs.objectives[objective]]);
-    search.trials.iter().filter(|trial| trial.is_full && trial.costs.is_feasible()).filter_map(of).collect()
+    search
+        .trials
+        .iter()
+        .filter(|trial| trial.is_full && trial.costs.is_feasible() && trial.costs.is_measured())
+        .filter_map(of)
+        .collect()
 }
 
 /// Spearman's rank correlation; `None` where one of the two does not vary.

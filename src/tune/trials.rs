@@ -32,7 +32,7 @@ pub fn parquet(study: &StudyFile, search: &Search) -> Result<Vec<u8>, ParquetErr
         ("runs".into(), count(|trial| trial.rows.len() as u64), false),
     ];
     for (index, objective) in study.objectives.iter().enumerate() {
-        let name = if study.objectives.len() == 1 { objective.name.clone() } else { format!("cost_{}", objective.name) };
+        let name = if study.objectives.len() == 1 { "cost".to_owned() } else { format!("cost_{}", objective.name) };
         columns.push((name, number(&|trial| Some(trial.costs.objectives[index]).filter(|cost| cost.is_finite())), true));
     }
     for (index, parameter) in study.parameters.iter().enumerate() {

@@ -1,21 +1,22 @@
 //! What a study comes to, in a few sentences.
 
 use super::comparison::Comparison;
-use super::held_out::{Held, HeldTrial};
-use super::objective::{broken, broken_in_the_mean, counterpart};
+use super::held_out::Held;
+use super::objective::{broken, broken_in_the_mean, counterpart, unmeasured};
 use super::search::Search;
 use crate::scenario::study_file::StudyFile;
 use crate::sweep::table::Row;
 
-/// Pairs of which all signs are the same by chance in less than one of twenty cases: 2 / 2^6.
-const LEAST_PAIRS: usize = 6;
+/// How probable chance may be at most where a gain is told, of all objectives together.
+const LEVEL: f64 = 0.05;
 
 /// Constraints that candidates broke, each with how many, the most first.
 pub fn broken_by(study: &StudyFile, search: &Search) -> Vec<(String, usize)> {
     let default = search.trials.first().map_or(&[][..], |trial| &trial.rows);
     counted(search.trials.iter().map(|trial| {
         let each = trial.rows.iter().flat_map(|row| broken(&study.constraints, &row.outcome, counterpart(default, row)));
-        each.chain(broken_in_the_mean(&study.constraints, &trial.rows, default)).collect()
+        let means = broken_in_the_mean(&study.constraints, &trial.rows, default);
+        each.chain(unmeasured(study, &trial.rows, default)).chain(means).collect()
     }))
     .into_iter()
     .map(|(name, count, _)| (name, count))
@@ -49,13 +50,14 @@ impl Held {
 /// What a find is worth on what was held out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// Something is better than the default by more than noise in one objective, worse in none, and keeps the constraints.
+    /// The best is better than the default by more than noise in one objective, or measures what the default does not; it is worse in none, and
+    /// breaks no more constraints.
     Gain,
-    /// Something is better in one objective and worse in another.
+    /// It is better in one objective and worse in another.
     TradeOff,
-    /// Something is better, but breaks constraints more than the default does.
+    /// It is better, but breaks constraints, or loses figures, more than the default does.
     Broken,
-    /// Nothing is better by more than noise.
+    /// It is not better by more than noise.
     NoGain,
 }
 
@@ -83,24 +85,33 @@ impl Outcome {
 impl Held {
     /// What the best of what was found is worth.
     pub fn outcome(&self, study: &StudyFile) -> Outcome {
-        let breaks = |rows: &[Row]| -> usize {
-            let each: usize = self.broken(study, rows).iter().map(|(_, count, _)| count).sum();
-            each + broken_in_the_mean(&study.constraints, rows, &self.default).len()
-        };
-        let own = breaks(&self.default);
-        let any = |is: &dyn Fn(&Comparison) -> bool, found: &HeldTrial| found.comparisons.iter().flatten().any(is);
-        let better: Vec<&HeldTrial> = self.found.iter().filter(|found| any(&Comparison::is_better, found)).collect();
-        let (worse, whole): (Vec<&HeldTrial>, _) = better.into_iter().partition(|found| any(&Comparison::is_worse, found));
-        if whole.iter().any(|found| breaks(&found.rows) <= own) {
-            Outcome::Gain
-        } else if !worse.is_empty() {
+        let Some(best) = self.found.first() else { return Outcome::NoGain };
+        // Of several objectives each has its share of the level (Bonferroni); the front's ends are told of and decide nothing.
+        let level = level(study);
+        let any = |is: &dyn Fn(&Comparison) -> bool| best.comparisons.iter().flatten().any(is);
+        let [lost, won] = self.unpaired(study, &best.rows);
+        let is_worse = any(&|held| held.is_worse(level));
+        if !any(&|held| held.is_better(level)) && (won == 0 || lost > 0) {
+            Outcome::NoGain
+        } else if is_worse {
             Outcome::TradeOff
-        } else if !whole.is_empty() {
+        } else if lost > 0 || self.breaks(study, &best.rows) > self.breaks(study, &self.default) {
             Outcome::Broken
         } else {
-            Outcome::NoGain
+            Outcome::Gain
         }
     }
+
+    /// How many constraints are broken, run by run and in the mean.
+    fn breaks(&self, study: &StudyFile, rows: &[Row]) -> usize {
+        let each: usize = self.broken(study, rows).iter().map(|(_, count, _)| count).sum();
+        each + broken_in_the_mean(&study.constraints, rows, &self.default).len()
+    }
+}
+
+/// The level of one objective's test.
+fn level(study: &StudyFile) -> f64 {
+    LEVEL / study.objectives.len() as f64
 }
 
 /// The study in a few sentences.
@@ -126,10 +137,17 @@ pub fn verdict_words(study: &StudyFile, search: &Search, held: Option<&Held>) ->
     words.push(held.outcome(study).words().to_owned());
     for found in &held.found {
         let told = study.objectives.iter().zip(&found.comparisons).map(|(objective, comparison)| match comparison {
-            Some(comparison) => compared(&objective.name, comparison),
+            Some(comparison) => compared(&objective.name, comparison, level(study)),
             None => format!("{}: not measured", objective.name),
         });
         words.push(format!("held out, candidate {} against the default: {}", found.trial, told.collect::<Vec<_>>().join("; ")));
+        let [lost, won] = held.unpaired(study, &found.rows);
+        for (count, who) in [(lost, "the default has figures and it has none"), (won, "it has figures and the default has none")]
+        {
+            if count > 0 {
+                words.push(format!("held out, candidate {}: in {count} of {} runs {who}", found.trial, found.rows.len()));
+            }
+        }
         for (name, excess) in broken_in_the_mean(&study.constraints, &found.rows, &held.default) {
             words.push(format!("held out, candidate {} breaks \"{name}\" by {:.1} %", found.trial, 100.0 * excess));
         }
@@ -137,22 +155,30 @@ pub fn verdict_words(study: &StudyFile, search: &Search, held: Option<&Held>) ->
         for (name, count, most) in held.broken(study, &found.rows) {
             let own = default.iter().find(|(other, ..)| *other == name).map_or(0, |(_, count, _)| *count);
             words.push(format!(
-                "held out, candidate {} breaks \"{name}\" in {count} of {} runs (the default in {own}), by {:.1} % of the bound at most",
+                "held out, candidate {} breaks \"{name}\" in {count} of {} runs (the default in {own}), by {:.1} % of the bound at most (1000 % are the most that count)",
                 found.trial,
                 found.rows.len(),
                 100.0 * most
             ));
         }
     }
-    let pairs = held.found.iter().flat_map(|found| found.comparisons.iter().flatten()).map(|comparison| comparison.pairs).min();
-    if let Some(pairs) = pairs.filter(|pairs| *pairs < LEAST_PAIRS) {
-        words.push(format!("{pairs} pairs cannot show a gain at 5 %: hold out {LEAST_PAIRS} runs or more"));
+    let comparisons = held.found.iter().flat_map(|found| found.comparisons.iter().flatten());
+    if let Some(held) = comparisons.min_by_key(|comparison| comparison.units) {
+        // Signs that are all the same by chance: 2 in 2^n.
+        let least = (1..).find(|n| 2.0 / libm::exp2(f64::from(*n)) < level(study)).unwrap_or(1) as usize;
+        if held.units < least {
+            let unit = if held.by_duct { "ducts" } else { "pairs" };
+            words.push(format!("{} {unit} cannot show a gain at 5 %: hold out {least} or more", held.units));
+        }
+        if !held.by_duct {
+            words.push("one duct alone was held out: what is said holds there, with other seeds".to_owned());
+        }
     }
     words
 }
 
 /// What a comparison says: how much less or more the find costs, and how sure that is.
-fn compared(objective: &str, held: &Comparison) -> String {
+fn compared(objective: &str, held: &Comparison, level: f64) -> String {
     let (sign, word) = if held.gain >= 0.0 { (1.0, "less") } else { (-1.0, "more") };
     // Of a cost that can be below zero there are no shares.
     let relative = held.default_cost > 0.0;
@@ -162,16 +188,16 @@ fn compared(objective: &str, held: &Comparison) -> String {
     };
     let mut interval = held.interval.map(|end| sign * end);
     interval.sort_by(f64::total_cmp);
-    let unit = if relative { " %" } else { "" };
-    let noise = if held.is_better() || held.is_worse() { "" } else { ", no more than noise" };
+    let (unit, units) = (if relative { " %" } else { "" }, if held.by_duct { "ducts" } else { "pairs" });
+    let noise = if held.is_better(level) || held.is_worse(level) { "" } else { ", no more than noise" };
     format!(
-        "{objective} {}{unit} {word} ({} to {}{unit}, p = {:.4}, better in {} of {} pairs{noise})",
+        "{objective} {}{unit} {word} ({} to {}{unit}, p = {:.4}, better on {} of {} {units}{noise})",
         told(held.gain),
         told(sign * interval[0]),
         told(sign * interval[1]),
         held.p_value,
         held.better,
-        held.pairs
+        held.units
     )
 }
 
@@ -180,13 +206,14 @@ mod tests {
     use super::*;
 
     fn told(pairs: &[[f64; 2]]) -> String {
-        compared("cost", &Comparison::of(pairs, 1).expect("pairs"))
+        compared("cost", &Comparison::of(&[pairs.to_vec()], 1).expect("pairs"), 0.05)
     }
 
     #[test]
     fn a_comparison_says_which_way_it_goes_and_how_sure_it_is() {
-        let pairs = |default: f64, found: f64| -> Vec<[f64; 2]> { (0..8).map(|i| [default + 0.01 * f64::from(i), found]).collect() };
-        assert_eq!(told(&pairs(2.0, 1.0)), "cost 50.9 % less (50.0 to 51.7 %, p = 0.0078, better in 8 of 8 pairs)");
+        let pairs =
+            |default: f64, found: f64| -> Vec<[f64; 2]> { (0..8).map(|i| [default + 0.01 * f64::from(i), found]).collect() };
+        assert_eq!(told(&pairs(2.0, 1.0)), "cost 50.9 % less (50.0 to 51.7 %, p = 0.0078, better on 8 of 8 pairs)");
         assert!(told(&pairs(1.0, 2.0)).starts_with("cost 93.2 % more (91."), "{}", told(&pairs(1.0, 2.0)));
         let even = [[1.0, 1.1], [1.1, 1.0], [1.0, 1.2], [1.2, 1.0]];
         assert!(told(&even).contains("0.0 % less") && told(&even).contains("no more than noise"), "{}", told(&even));

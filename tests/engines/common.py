@@ -96,9 +96,9 @@ def write_study(folder, runs, objectives=("lateral_rms_m",)):
     return path
 
 
-def tuned(out):
+def tuned(out, name="engines"):
     """What a study came to: its candidates and its best, to the bit."""
-    folder = pathlib.Path(out) / "engines"
+    folder = pathlib.Path(out) / name
     return [(folder / name).read_bytes() for name in ("trials.parquet", "summary.json", "best.toml")]
 
 

@@ -12,6 +12,7 @@ import tempfile
 import common
 
 SCRIPT = "optuna_optimiser.py"
+STUDY = "engines-optuna"
 
 
 def main():
@@ -22,8 +23,8 @@ def main():
         study = common.write_study(folder, runs=96)
         call = [ductloop, "tune", study, "--engine", "optuna", "--python", sys.executable, "--threads", "2", "--out"]
         common.run([*call, folder / "whole"])
-        expected = common.tuned(folder / "whole")
-        summary = json.loads((folder / "whole" / "engines" / "summary.json").read_text())
+        expected = common.tuned(folder / "whole", STUDY)
+        summary = json.loads((folder / "whole" / STUDY / "summary.json").read_text())
         assert summary["optimiser"].startswith("Optuna ") and "TPE" in summary["optimiser"], summary["optimiser"]
         assert summary["best"]["costs"]["cost"] < summary["default"]["costs"]["cost"], summary
         print(f"{summary['optimiser']}: {summary['trials']} candidates, {summary['verdict'][-1]}", flush=True)
@@ -34,7 +35,7 @@ def main():
         begin = lambda: subprocess.Popen(
             [str(word) for word in [*call, out]], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )
-        generations = lambda: (out / "engines" / "candidates.jsonl").read_text().count("\n") if (out / "engines" / "candidates.jsonl").exists() else 0
+        generations = lambda: (out / STUDY / "candidates.jsonl").read_text().count("\n") if (out / STUDY / "candidates.jsonl").exists() else 0
         going = begin()
         common.until("two generations", lambda: generations() >= 2, 120, going)
         common.kill(optimisers())
@@ -49,12 +50,12 @@ def main():
         second = generations()
         common.run([*call, out])
         assert generations() > second > first, (first, second, generations())
-        assert common.tuned(out) == expected, "another course than without interruption"
+        assert common.tuned(out, STUDY) == expected, "another course than without interruption"
         print(f"killed after {first} generations and after {second}: the same candidates and the same best, to the bit", flush=True)
 
         several = common.write_study(folder, runs=60, objectives=["lateral_rms_m", "control_effort"])
         common.run([*call[:2], several, *call[3:], folder / "several"])
-        summary = json.loads((folder / "several" / "engines" / "summary.json").read_text())
+        summary = json.loads((folder / "several" / STUDY / "summary.json").read_text())
         assert "NSGA" in summary["optimiser"] and len(summary["front"]) > 1, summary
         print(f"{summary['optimiser']}: {len(summary['front'])} of {summary['trials']} candidates on the front", flush=True)
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use ductloop::output::{folder_name, write_whole};
+use ductloop::output::write_whole;
 use ductloop::report;
 use ductloop::scenario::shown;
 use ductloop::scenario::study_file::StudyFile;
@@ -31,16 +31,14 @@ use super::sweep::steps;
 use super::{INTERRUPTED, destination, interrupt};
 
 mod args;
+mod folder;
 mod optimiser;
 
 pub(crate) use args::TuneArgs;
+use folder::{BEST, FRONT, Folder, REPORT, SUMMARY, TRIALS};
 
 /// Where a name is looked for.
 const LIBRARY: &str = "scenarios/studies";
-/// The study as it was begun, beside its results.
-const STUDY: &str = "study.json";
-/// Overlays of the front, where there are several objectives.
-const FRONT: &str = "front";
 
 /// What carries the runs out.
 struct Means<'a> {
@@ -84,31 +82,29 @@ pub(crate) fn command(args: &TuneArgs) -> Result<u8, Problem> {
         None => None,
     };
     let rendering = Rendering::open(rendering(args.renderer), args.saying.quiet)?;
-    let (folder, text) = prepare(&study, args)?;
-    let begin = || {
-        write_whole(&folder.join(STUDY), text.as_bytes())
-            .map_err(|error| destination::refused("--out", &args.out, error.to_string()))
-    };
-    let place = folder.join("runs").display().to_string();
+    let folder = Folder::open(&study, driver.as_ref(), args)?;
+    let place = folder.path.join(folder::RUNS).display().to_string();
     let place = if engine.is_some() { from_anywhere(&place)? } else { place };
     let store = Store::open(&place).map_err(|error| destination::refused("--out", &args.out, error.message.clone()))?;
     let means = Means { rendering, store, engine, args };
     let found = match &driver {
         None => {
-            begin()?;
+            folder.begin(args)?;
             means.carry_out(&study, &mut Proposer::of(&study))
         }
         Some(driver) => {
             // One that does not start leaves no study behind.
-            let mut outside = optimiser::start(&study, driver, &folder)?;
-            begin()?;
+            let mut outside = optimiser::start(&study, driver, &folder.path)?;
+            folder.begin(args)?;
             let found = means.carry_out(&study, &mut outside);
-            optimiser::end(outside);
+            if found.is_ok() {
+                optimiser::end(outside);
+            }
             found
         }
     };
     match found {
-        Ok((search, held)) => conclude(&study, &search, held.as_ref(), &folder, &means),
+        Ok((search, held)) => conclude(&study, &search, held.as_ref(), &folder.path, &means),
         Err(Broken::Interrupted) => {
             note("interrupted: what was run is kept; the same call goes on from there");
             Ok(INTERRUPTED)
@@ -142,40 +138,6 @@ fn overlapping(study: &StudyFile, args: &TuneArgs, path: &Path) -> Result<(), Pr
         note(&format!("warning: {}: {overlap}; what is found there proves nothing (`--strict` refuses it)", path.display()));
     }
     Ok(())
-}
-
-/// The study's folder, which is its own, and what is to stand in it.
-fn prepare(study: &StudyFile, args: &TuneArgs) -> Result<(PathBuf, String), Problem> {
-    destination::folder("--out", &args.out)?;
-    let text = serde_json::to_string_pretty(study).unwrap_or_default() + "\n";
-    let changed = args.overlay.overlays() != Default::default();
-    let folder = args.out.join(folder_name(&study.name, changed, study.seed, &text));
-    let file = folder.join(STUDY);
-    let refused = |message: String| destination::refused("--out", &args.out, message);
-    match std::fs::read_to_string(&file) {
-        Ok(there) if there == text => return Ok((folder, text)),
-        Ok(_) if !args.force => {
-            let message = format!("{} holds another study, or this one as it was before its files changed", folder.display());
-            return Err(Problem::new(Problem::WRONG_INPUT, message)
-                .help("replace it with --force (runs that both have are kept), or choose another folder with --out"));
-        }
-        // What was proposed in that one is none of this one's.
-        Ok(_) => drop(std::fs::remove_file(folder.join(optimiser::JOURNAL))),
-        Err(_) if holds_other_things(&folder) && !args.force => {
-            let message =
-                format!("{} is not empty and holds no {STUDY}, so it is not a study's and is left alone", folder.display());
-            return Err(Problem::new(Problem::WRONG_INPUT, message).help("move it away, or choose another folder with --out"));
-        }
-        Err(_) => std::fs::create_dir_all(&folder).map_err(|error| refused(format!("{}: {error}", folder.display())))?,
-    }
-    Ok((folder, text))
-}
-
-/// Whether there is something in a folder that no study begins with.
-fn holds_other_things(folder: &Path) -> bool {
-    let known = ["runs", optimiser::JOURNAL, optimiser::LOG, optimiser::OPTUNA_NAME];
-    let mut entries = folder.read_dir().into_iter().flatten().flatten();
-    entries.any(|entry| !known.iter().any(|name| entry.file_name() == *name))
 }
 
 impl Means<'_> {
@@ -282,7 +244,7 @@ fn conclude(study: &StudyFile, search: &Search, held: Option<&Held>, folder: &Pa
         for words in verdict_words(study, search, held) {
             text += &format!("{words}\n");
         }
-        text += &folder.join("report.html").display().to_string();
+        text += &folder.join(REPORT).display().to_string();
         if saying.json { note(&text) } else { print(&text)? }
     }
     Ok(0)
@@ -296,13 +258,13 @@ fn write(
     folder: &Path,
     means: &Means<'_>,
 ) -> anyhow::Result<()> {
-    write_whole(&folder.join("trials.parquet"), &trials::parquet(study, search)?)?;
+    write_whole(&folder.join(TRIALS), &trials::parquet(study, search)?)?;
     let overlay = |index: usize, what: &str| {
         let values = search.trials[index].values.as_ref()?;
         let comment = format!("{what} by `ductloop tune` of the study \"{}\": lay it over a scenario with `--with`.", study.name);
         Some(candidate::overlay(&study.parameters, values, &comment))
     };
-    let best = folder.join("best.toml");
+    let best = folder.join(BEST);
     match search.best.and_then(|best| overlay(best, "Found")) {
         Some(text) => write_whole(&best, text.as_bytes())?,
         // One of before is no longer what was found.
@@ -318,9 +280,9 @@ fn write(
             }
         }
     }
-    write_whole(&folder.join("summary.json"), format!("{document:#}\n").as_bytes())?;
+    write_whole(&folder.join(SUMMARY), format!("{document:#}\n").as_bytes())?;
     let paths = held.map(|held| held.trajectories(study, search, &means.rendering.engine)).transpose()?.flatten();
-    write_whole(&folder.join("report.html"), report::tune::html(study, search, held, paths.as_ref())?.as_bytes())?;
+    write_whole(&folder.join(REPORT), report::tune::html(study, search, held, paths.as_ref())?.as_bytes())?;
     Ok(())
 }
 

@@ -1,10 +1,10 @@
 //! A program that proposes candidates: started, spoken with, and told from one that has died.
 
 use std::fs::File;
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, Command, Stdio};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, TryRecvError, channel, sync_channel};
 use std::time::{Duration, Instant};
 
 use ductloop::scenario::study_file::StudyFile;
@@ -14,6 +14,7 @@ use ductloop::tune::outside::{Lines, Outside};
 
 use super::args::Driver;
 use crate::cli::problem::Problem;
+use crate::cli::streams::note;
 use crate::cli::{interrupt, python};
 
 /// The program that asks Optuna, and its name in the study's folder.
@@ -24,18 +25,27 @@ pub(super) const JOURNAL: &str = "candidates.jsonl";
 pub(super) const LOG: &str = "optimiser.log";
 /// How soon Ctrl-C is noticed.
 const ATTENTION: Duration = Duration::from_millis(50);
+/// After how long it is said that it has not answered yet.
+const SILENCE: Duration = Duration::from_secs(30);
 /// How long it may take to go.
 const FAREWELL: Duration = Duration::from_secs(10);
-/// How much of its log is told when it dies, in lines.
+/// Longest line that it may say, in bytes, and how many are waiting at most.
+const LONGEST: u64 = 64 << 20;
+const WAITING: usize = 4;
+/// How much of its log is told when it dies: of so many bytes the last lines.
+const TOLD_BYTES: u64 = 1 << 14;
 const TOLD: usize = 5;
 
 /// An optimiser under way.
 #[derive(Debug)]
 pub(super) struct Process {
     child: Child,
-    input: Option<ChildStdin>,
+    /// To the thread that writes, so that one that does not read holds nobody up; its input ends when this does.
+    input: Option<Sender<String>>,
     output: Receiver<std::io::Result<String>>,
     log: PathBuf,
+    /// Whether it was told to go, and may take its time.
+    may_linger: bool,
 }
 
 /// Starts it and greets it.
@@ -43,19 +53,25 @@ pub(super) struct Process {
 /// # Errors
 /// Where it cannot be started, or does not answer.
 pub(super) fn start(study: &StudyFile, driver: &Driver, folder: &Path) -> Result<Outside<Process>, Problem> {
-    let journal = Journal::open(folder.join(JOURNAL)).map_err(lost)?;
+    let begin = |lost: Lost| told(Problem::WRONG_INPUT, lost);
+    let journal = Journal::open(folder.join(JOURNAL)).map_err(begin)?;
     let process = Process::start(driver, folder)?;
-    Outside::greet(study, process, journal).map_err(lost)
+    Outside::greet(study, process, journal).map_err(begin)
 }
 
 /// Lets it go.
 pub(super) fn end(optimiser: Outside<Process>) {
-    drop(optimiser.farewell());
+    let mut process = optimiser.farewell();
+    process.may_linger = true;
 }
 
 /// It is gone, or makes no sense.
 pub(super) fn lost(lost: Lost) -> Problem {
-    let problem = Problem::new(Problem::CANNOT_GO_ON, lost.message).about("the optimiser");
+    told(Problem::CANNOT_GO_ON, lost)
+}
+
+fn told(code: u8, lost: Lost) -> Problem {
+    let problem = Problem::new(code, lost.message).about("the optimiser");
     if lost.help.is_empty() { problem } else { problem.help(lost.help) }
 }
 
@@ -87,18 +103,12 @@ impl Process {
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         let mut child = command.spawn().map_err(|error| wrong(format!("cannot be started: {error}")).about(what))?;
-        let input = child.stdin.take();
-        let (send, output) = channel();
+        let (send, output) = sync_channel(WAITING);
         if let Some(stdout) = child.stdout.take() {
-            std::thread::spawn(move || {
-                for line in BufReader::new(stdout).lines() {
-                    if send.send(line).is_err() {
-                        return;
-                    }
-                }
-            });
+            std::thread::spawn(move || read(stdout, &send));
         }
-        Ok(Self { child, input, output, log })
+        let input = child.stdin.take().map(writer);
+        Ok(Self { child, input, output, log, may_linger: false })
     }
 
     /// That it is gone, and what it said last.
@@ -111,7 +121,7 @@ impl Process {
                 _ => break "closed its output".to_owned(),
             }
         };
-        let log = std::fs::read_to_string(&self.log).unwrap_or_default();
+        let log = end_of(&self.log);
         let lines: Vec<&str> = log.lines().filter(|line| !line.trim().is_empty()).collect();
         let last: String = lines[lines.len().saturating_sub(TOLD)..].iter().map(|line| format!("\n  {line}")).collect();
         let said = if last.is_empty() { ", without a word of why".to_owned() } else { format!("; it said last:{last}") };
@@ -127,11 +137,12 @@ impl Process {
 
 impl Lines for Process {
     fn send(&mut self, line: &str) -> Result<(), Lost> {
-        let written = self.input.as_mut().is_some_and(|input| writeln!(input, "{line}").and_then(|()| input.flush()).is_ok());
-        if written { Ok(()) } else { Err(self.gone("before it was spoken to")) }
+        let sent = self.input.as_ref().is_some_and(|input| input.send(line.to_owned()).is_ok());
+        if sent { Ok(()) } else { Err(self.gone("before it was spoken to")) }
     }
 
     fn receive(&mut self) -> Result<String, Lost> {
+        let (asked, mut is_told) = (Instant::now(), false);
         loop {
             match self.output.recv_timeout(ATTENTION) {
                 Ok(Ok(line)) if line.trim().is_empty() => {}
@@ -144,22 +155,87 @@ impl Lines for Process {
                 Err(RecvTimeoutError::Timeout) if interrupt::requested() => {
                     return Err(Lost { message: "interrupted".into(), help: String::new() });
                 }
+                Err(RecvTimeoutError::Timeout) if !is_told && asked.elapsed() > SILENCE => {
+                    note(
+                        "the optimiser has not answered for 30 s; it is waited for (Ctrl-C ends the study, and keeps what was run)",
+                    );
+                    is_told = true;
+                }
                 Err(RecvTimeoutError::Timeout) => {}
             }
         }
     }
+
+    fn unasked(&mut self) -> Option<String> {
+        match self.output.try_recv() {
+            Ok(Ok(line)) if !line.trim().is_empty() => Some(line),
+            Ok(_) | Err(TryRecvError::Empty | TryRecvError::Disconnected) => None,
+        }
+    }
+}
+
+/// Reads its lines for whoever waits for them.
+fn read(stdout: ChildStdout, send: &SyncSender<std::io::Result<String>>) {
+    let mut stdout = BufReader::new(stdout);
+    loop {
+        let mut line = Vec::new();
+        let read = stdout.by_ref().take(LONGEST).read_until(b'\n', &mut line);
+        let line = match read {
+            Ok(0) => return,
+            Ok(_) if line.last() != Some(&b'\n') && line.len() as u64 == LONGEST => {
+                Err(std::io::Error::other(format!("a line of more than {} MB", LONGEST >> 20)))
+            }
+            Ok(_) => String::from_utf8(line).map_err(std::io::Error::other),
+            Err(error) => Err(error),
+        };
+        let is_last = line.is_err();
+        if send.send(line).is_err() || is_last {
+            return;
+        }
+    }
+}
+
+/// Writes what it is sent, until nobody sends or it does not read any more.
+fn writer(mut input: ChildStdin) -> Sender<String> {
+    let (send, lines) = channel::<String>();
+    std::thread::spawn(move || {
+        for line in lines {
+            if writeln!(input, "{line}").and_then(|()| input.flush()).is_err() {
+                return;
+            }
+        }
+    });
+    send
+}
+
+/// The end of a log, whatever its size and its encoding.
+fn end_of(log: &Path) -> String {
+    let read = || -> std::io::Result<Vec<u8>> {
+        let mut file = File::open(log)?;
+        let length = file.metadata()?.len();
+        file.seek(SeekFrom::Start(length.saturating_sub(TOLD_BYTES)))?;
+        let mut end = Vec::new();
+        file.take(TOLD_BYTES).read_to_end(&mut end)?;
+        Ok(end)
+    };
+    String::from_utf8_lossy(&read().unwrap_or_default()).into_owned()
 }
 
 impl Drop for Process {
-    /// It goes when its input ends; if it does not, it is made to.
+    /// It goes when its input ends. One that does not, or that was not to go, is made to, with all that it has started.
     fn drop(&mut self) {
         drop(self.input.take());
         let until = Instant::now() + FAREWELL;
-        while Instant::now() < until && !interrupt::requested() {
+        while self.may_linger && Instant::now() < until && !interrupt::requested() {
             if !matches!(self.child.try_wait(), Ok(None)) {
-                return;
+                break;
             }
             std::thread::sleep(ATTENTION);
+        }
+        #[cfg(unix)]
+        if let Some(group) = i32::try_from(self.child.id()).ok().and_then(rustix::process::Pid::from_raw) {
+            // Nobody may be left in it.
+            let _ = rustix::process::kill_process_group(group, rustix::process::Signal::KILL);
         }
         let _ = self.child.kill();
         let _ = self.child.wait();

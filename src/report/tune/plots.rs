@@ -5,48 +5,53 @@ use crate::scenario::study_file::StudyFile;
 use crate::scenario::sweep_file::{Factor, Levels};
 use crate::tune::front;
 use crate::tune::held_out::Trajectories;
-use crate::tune::search::Search;
+use crate::tune::search::{Search, Trial};
 
 /// Two objectives against each other: all candidates, those that no other betters, the default and the compromise.
 pub(super) fn front_plot(study: &StudyFile, search: &Search, [x, y]: [usize; 2]) -> Option<Plot> {
     let at = |index: usize| (search.trials[index].costs.objectives[x], Some(search.trials[index].costs.objectives[y]));
-    let all: Vec<(f64, Option<f64>)> = (0..search.trials.len())
-        .filter(|index| search.trials[*index].is_full && search.trials[*index].costs.is_feasible())
-        .map(at)
-        .collect();
-    let mut front: Vec<(f64, Option<f64>)> = search.front.iter().map(|index| at(*index)).collect();
-    front.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // What is far behind would press the front into a corner: the dearest tenth is drawn at the edge.
-    let ends = |values: Vec<f64>| {
-        let mut values = values;
-        values.sort_by(f64::total_cmp);
-        Some(about(*values.first()?, *values.get((values.len() - 1) * 9 / 10)?))
+    let is_shown = |index: &usize| {
+        let costs = &search.trials[*index].costs;
+        search.trials[*index].is_full && costs.is_feasible() && costs.is_measured()
     };
-    let series = |label: &str, class: &'static str, points: Vec<(f64, Option<f64>)>| Series {
+    let all: Vec<usize> = (0..search.trials.len()).filter(is_shown).collect();
+    // What is far behind would press the front into a corner: the dearest tenth is drawn at the edge, but nothing of the front.
+    let ends = |objective: usize| {
+        let cost = |index: &usize| search.trials[*index].costs.objectives[objective];
+        let mut values: Vec<f64> = all.iter().map(cost).collect();
+        values.sort_by(f64::total_cmp);
+        let most = search.front.iter().map(cost).fold(*values.get(values.len().saturating_sub(1) * 9 / 10)?, f64::max);
+        Some(about(*values.first()?, most))
+    };
+    let [ends_x, ends_y] = [ends(x)?, ends(y)?];
+    let series = |label: &str, class: &'static str, shown: Vec<usize>| Series {
         label: label.into(),
         class,
         style: Style::Dots,
-        points,
+        points: shown.into_iter().map(at).map(|(x, y)| (x.min(ends_x[1]), y)).collect(),
     };
+    let default = all.iter().copied().filter(|index| *index == 0).collect();
     Some(Plot {
         x_label: study.objectives[x].name.clone(),
         y_label: study.objectives[y].name.clone(),
-        x: ends(all.iter().map(|point| point.0).collect())?,
-        y: ends(all.iter().filter_map(|point| point.1).collect())?,
+        x: ends_x,
+        y: ends_y,
         height: 320.0,
         bands: Vec::new(),
         levels: Vec::new(),
         series: vec![
-            series("candidates", "estimate", all),
-            series("front", "truth", front),
-            series("default", "collision", vec![at(0)]),
+            series("candidates", "estimate", all.clone()),
+            series("front", "truth", search.front.clone()),
+            series("compromise", "sigma", search.best.into_iter().collect()),
+            series("default", "collision", default),
         ],
     })
 }
 
 /// How much of the box between the least of each objective and the worst of each the front covers, over the trials.
 pub(super) fn volume(search: &Search) -> Option<Plot> {
-    let feasible = search.trials.iter().filter(|trial| trial.is_full && trial.costs.is_feasible());
+    let shown = |trial: &&Trial| trial.is_full && trial.costs.is_feasible() && trial.costs.is_measured();
+    let feasible = search.trials.iter().filter(shown);
     let scaled = front::scaled(&feasible.map(|trial| trial.costs.clone()).collect::<Vec<_>>());
     let reference = vec![1.0; search.trials.first()?.costs.objectives.len()];
     let points: Vec<(f64, Option<f64>)> =
@@ -75,10 +80,14 @@ pub(super) fn convergence(search: &Search) -> Option<Plot> {
     let full: Vec<(f64, f64)> = search
         .trials
         .iter()
-        .filter(|trial| trial.is_full && trial.costs.is_feasible())
+        .filter(|trial| trial.is_full && trial.costs.is_feasible() && trial.costs.is_measured())
         .map(|trial| (trial.number as f64, trial.costs.objectives[0]))
         .collect();
-    let default = &search.trials.first()?.costs;
+    // Where it breaks constraints, or has no figures, there is no level to draw.
+    let default = full.first().filter(|(number, _)| *number == 0.0).map(|(_, cost)| *cost);
+    if full.is_empty() {
+        return violations(search);
+    }
     let mut costs: Vec<f64> = full.iter().map(|(_, cost)| *cost).collect();
     costs.sort_by(f64::total_cmp);
     let usual = *costs.get(costs.len().saturating_sub(1) * 9 / 10)?;
@@ -91,18 +100,16 @@ pub(super) fn convergence(search: &Search) -> Option<Plot> {
             (*number, Some(scale * least))
         })
         .collect();
-    let levels = match default.is_feasible() {
-        true => vec![Level { y: scale * default.objectives[0], class: "bound", label: "default".into() }],
-        false => Vec::new(),
-    };
+    let level = |cost: f64| Level { y: scale * cost, class: "bound", label: "default".into() };
+    let ends = [costs[0], usual].map(|cost| scale * cost);
     Some(Plot {
         x_label: "candidate".into(),
         y_label,
         x: [0.0, search.trials.len().max(2) as f64],
-        y: about(scale * costs[0].min(default.objectives[0]), scale * usual.max(default.objectives[0])),
+        y: default.map_or(about(ends[0], ends[1]), |cost| about(ends[0].min(scale * cost), ends[1].max(scale * cost))),
         height: 260.0,
         bands: Vec::new(),
-        levels,
+        levels: default.map(level).into_iter().collect(),
         series: vec![
             Series {
                 label: "candidates".into(),
@@ -112,6 +119,27 @@ pub(super) fn convergence(search: &Search) -> Option<Plot> {
             },
             Series { label: "best so far".into(), class: "truth", style: Style::Steps, points: so_far },
         ],
+    })
+}
+
+/// By how much candidates break the constraints, where none keeps them.
+fn violations(search: &Search) -> Option<Plot> {
+    let all: Vec<(f64, f64)> = search.trials.iter().map(|trial| (trial.number as f64, trial.costs.violation)).collect();
+    let most = all.iter().map(|(_, violation)| *violation).fold(0.0, f64::max);
+    (most > 0.0 && most.is_finite()).then(|| Plot {
+        x_label: "candidate".into(),
+        y_label: "violation".into(),
+        x: [0.0, search.trials.len().max(2) as f64],
+        y: [0.0, 1.05 * most],
+        height: 260.0,
+        bands: Vec::new(),
+        levels: Vec::new(),
+        series: vec![Series {
+            label: "how far from keeping the constraints".into(),
+            class: "estimate",
+            style: Style::Dots,
+            points: all.into_iter().map(|(number, violation)| (number, Some(violation))).collect(),
+        }],
     })
 }
 

@@ -2,6 +2,7 @@
 
 use super::{Constraints, MOST_RUNS, Objective, Optimiser, Over, Stop, StudyFile};
 use crate::metrics::Metrics;
+use crate::scenario::check::{NAME_RULE, is_name};
 use crate::scenario::diagnostic::Finding;
 use crate::scenario::source::Span;
 use crate::scenario::sweep_file::reader::{Read, Reader};
@@ -31,11 +32,13 @@ const KEYS: [&str; 15] = [
 /// Keys of an objective.
 const OBJECTIVE_KEYS: [&str; 3] = ["over", "weights", "relative"];
 const OBJECTIVE_HELP: &str = "as in `[objective]` with `weights = { lateral_rms_m = 1.0 }` below it";
+/// Largest weight or bound.
+const MOST_NUMBER: f64 = 1e100;
 /// Most objectives: with more nearly every candidate is on the front.
 pub(super) const MOST_OBJECTIVES: usize = 4;
 /// And what is laid over every base.
 const SCENARIO: &str = "scenario";
-const PARAMETER_HELP: &str = "as in `control.koh_cho.landing_m = { from = 0.3, to = 3.0, scale = \"log\" }` below `[parameter]`";
+const PARAMETER_HELP: &str = "as in `control.koh-cho.landing = { from = 0.005, to = 0.1, scale = \"log\" }` below `[parameter]`";
 
 /// What is read, and what was wrong so far.
 pub(super) struct StudyReader<'a> {
@@ -111,7 +114,11 @@ impl<'a> StudyReader<'a> {
             return Vec::new();
         };
         let parameters = self.all.factors("parameter", true);
-        for parameter in &parameters {
+        for (index, parameter) in parameters.iter().enumerate() {
+            if parameters[..index].iter().any(|other| other.path == parameter.path) {
+                let message = format!("parameter `{}` stands there twice", parameter.path);
+                self.all.wrong(entry.key_span, message, "keep one of the two");
+            }
             if !matches!(parameter.levels, Levels::Range { .. }) {
                 let message = format!("parameter `{}` has no ends to be sought between", parameter.path);
                 self.all.wrong(entry.key_span, message, PARAMETER_HELP);
@@ -179,6 +186,10 @@ impl<'a> StudyReader<'a> {
         let mut objectives = Vec::new();
         for inner in &table.entries {
             match inner.node.as_table() {
+                Some(_) if !is_name(&inner.key) => {
+                    let message = format!("`{}` is no name of an objective", inner.key.escape_default());
+                    self.all.wrong(inner.key_span, message, NAME_RULE);
+                }
                 Some(own) => objectives.push(self.objective(&inner.key, inner, own)),
                 None => self.all.unknown(inner, "in [objective]", &OBJECTIVE_KEYS),
             }
@@ -246,6 +257,10 @@ impl<'a> StudyReader<'a> {
                 continue;
             }
             match inner.node.as_number().filter(|number| number.is_finite()) {
+                Some(number) if number.abs() > MOST_NUMBER => {
+                    let message = format!("`{}` is beyond what can be reckoned with", inner.key);
+                    self.all.wrong(inner.node.span, message, format!("at most {MOST_NUMBER:e} to either side"));
+                }
                 Some(number) => bounds.push((inner.key.clone(), number)),
                 None => {
                     self.all.wrong(inner.node.span, format!("`{}` needs a number, in SI", inner.key), "as in `collisions = 0`")

@@ -19,6 +19,8 @@ fn study() -> StudyFile {
 #[derive(Debug, Default)]
 struct Script {
     says: VecDeque<String>,
+    /// What it says before it is asked.
+    early: Option<String>,
     heard: Vec<Value>,
 }
 
@@ -29,6 +31,10 @@ impl Lines for Script {
         Ok(())
     }
 
+    fn unasked(&mut self) -> Option<String> {
+        self.early.take()
+    }
+
     fn receive(&mut self) -> Result<String, Lost> {
         self.says.pop_front().ok_or_else(|| Lost { message: "it is silent".into(), help: String::new() })
     }
@@ -36,7 +42,7 @@ impl Lines for Script {
 
 fn outside(says: &[&str], journal: Journal) -> Result<Outside<Script>, Lost> {
     let says = std::iter::once(&r#"{"ready": "a script"}"#).chain(says).map(|line| (*line).to_owned()).collect();
-    Outside::greet(&study(), Script { says, heard: Vec::new() }, journal)
+    Outside::greet(&study(), Script { says, ..Script::default() }, journal)
 }
 
 fn trial(number: u64, values: Option<Vec<Level>>) -> Trial {
@@ -80,6 +86,15 @@ fn an_earlier_calls_candidates_are_replayed() {
     assert_eq!(again.farewell().heard[1]["trials"][0]["is_replayed"], true);
 }
 
+/// An answer too many would put all later ones out of step.
+#[test]
+fn an_answer_too_many_is_noticed() {
+    let mut script = outside(&[ANSWER, ANSWER], Journal::default()).expect("it answers");
+    script.ask().expect("candidates");
+    script.lines.early = Some(ANSWER.to_owned());
+    assert!(script.ask().expect_err("it spoke").message.contains("it was not asked"));
+}
+
 #[test]
 fn what_makes_no_sense_is_quoted() {
     for (answer, words) in [
@@ -100,7 +115,7 @@ fn what_makes_no_sense_is_quoted() {
         assert!(lost.message.contains(words) && lost.message.contains(&answer[..5]), "{answer}: {lost:?}");
         assert!(lost.help.contains("docs/tuning.md"), "{lost:?}");
     }
-    let silent = Outside::greet(&study(), Script { says: ["{}".to_owned()].into(), heard: Vec::new() }, Journal::default());
+    let silent = Outside::greet(&study(), Script { says: ["{}".to_owned()].into(), ..Script::default() }, Journal::default());
     assert!(silent.expect_err("no greeting").message.contains("no `ready`"));
 }
 

@@ -121,13 +121,15 @@ fn of_several_objectives_the_front_is_found() {
     assert!((least..=most).contains(&speed(&best)) && speed(&best) > least && speed(&best) < most);
 }
 
-/// Least at 0.4 m/s with nothing in the way; where only slow ones keep the bound, the best is at it.
+/// Least at 0.4 m/s, which takes an effort of 0.16; where no more than 0.09 may be taken, the best is at the bound.
 #[test]
 fn constraints_come_before_the_cost() {
-    let study = study("", "[constraints]\nmost = { collisions = 0, lateral_rms_m = 0.5 }\n");
+    let study = study("", "[constraints]\nmost = { collisions = 0, control_effort = 0.09 }\n");
     let (found, best) = best(&study);
     assert!(best.costs.is_feasible());
-    assert!(found.trials.iter().any(|trial| !trial.costs.is_feasible()), "some touched");
+    let speed = best.values.as_ref().and_then(|values| values[1].number()).unwrap_or_default();
+    assert!((0.28..=0.3).contains(&speed), "{speed}");
+    assert!(found.trials.iter().any(|trial| !trial.costs.is_feasible()), "some were too fast");
     let none = self::study("", "[constraints]\nmost = { lateral_rms_m = -1.0 }\n");
     let found = searched(&none);
     assert!(found.best.is_none() && found.trials.iter().all(|trial| trial.costs.violation > 0.0));
@@ -217,4 +219,47 @@ fn the_same_study_makes_the_same_candidates() {
         assert_eq!(of(3), of(3), "{optimiser}");
         assert_ne!(of(3).last(), of(4).last(), "{optimiser}");
     }
+}
+
+/// What is better on held-out ducts and touches there, or has no figures there, is no gain.
+#[test]
+fn what_breaks_down_on_held_out_ducts_is_no_gain() {
+    use crate::tune::held_out::Held;
+    use crate::tune::verdict::{Outcome as Worth, verdict_words};
+    let ducts: Vec<(String, String)> =
+        (0..7).map(|i| (format!("{i}.toml"), BASE.replace("\"b\"", &format!("\"d{i}\"")))).collect();
+    let bases: Vec<(&str, &str)> =
+        ducts.iter().map(|(name, text)| (name.as_str(), text.as_str())).chain([("b.toml", BASE)]).collect();
+    let names: Vec<String> = ducts.iter().map(|(name, _)| format!("{name:?}")).collect();
+    let text = format!(
+        "format = 1\nkind = \"study\"\nname = \"s\"\nruns = 60\n[parameter]\nrobot.speed_m_s = {{ from = 0.1, to = 1.0 }}\n[train]\n\
+         base = \"b.toml\"\n[held_out]\nbase = [{}]\nseed = 100\n[objective]\nweights = {{ lateral_rms_m = 1.0 }}\n[constraints]\n\
+         most = {{ collisions = 0 }}\n",
+        names.join(", ")
+    );
+    let study = StudyFile::from_toml_str(&text, &bases).unwrap_or_else(|wrong| panic!("{wrong}"));
+    let found = searched(&study);
+    let best = found.best.expect("a best");
+    assert_ne!(best, 0);
+    let at = |name: &str| Metrics::NUMBERS.iter().position(|other| *other == name).expect("a metric");
+    // The default's runs, and the same at half of the cost, changed on one duct.
+    let default = rows(study.held_out.clone()).unwrap_or_else(|lost| panic!("{lost}"));
+    let with = |change: &dyn Fn(&mut Outcome)| {
+        let mut rows = default.clone();
+        for row in &mut rows {
+            let cost = &mut row.outcome.metrics[at("lateral_rms_m")];
+            *cost = cost.map(|cost| 0.5 * cost);
+        }
+        change(&mut rows[3].outcome);
+        let held = Held::of(&study, default.clone(), vec![(best, rows)]);
+        (held.outcome(&study), verdict_words(&study, &found, Some(&held)).join("\n"))
+    };
+    let (worth, words) = with(&|_| {});
+    assert!(worth == Worth::Gain && words.contains("better on 7 of 7 ducts"), "{words}");
+    let (worth, words) = with(&|outcome| outcome.metrics[at("collisions")] = Some(1.0));
+    assert!(worth == Worth::Broken && words.contains("most collisions") && words.contains("NO GAIN"), "{words}");
+    let (worth, words) = with(&|outcome| outcome.metrics[at("lateral_rms_m")] = None);
+    assert!(worth == Worth::Broken && words.contains("the default has figures and it has none"), "{words}");
+    let (worth, words) = with(&|outcome| outcome.metrics[at("lateral_rms_m")] = Some(50.0));
+    assert!(worth == Worth::NoGain && words.contains("no more than noise"), "{words}");
 }
