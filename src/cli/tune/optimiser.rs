@@ -185,7 +185,11 @@ fn read(stdout: ChildStdout, send: &SyncSender<std::io::Result<String>>) {
             Ok(_) if line.last() != Some(&b'\n') && line.len() as u64 == LONGEST => {
                 Err(std::io::Error::other(format!("a line of more than {} MB", LONGEST >> 20)))
             }
-            Ok(_) => String::from_utf8(line).map_err(std::io::Error::other),
+            Ok(_) => {
+                let end = line.iter().rposition(|byte| !b"\r\n".contains(byte)).map_or(0, |last| last + 1);
+                line.truncate(end);
+                String::from_utf8(line).map_err(std::io::Error::other)
+            }
             Err(error) => Err(error),
         };
         let is_last = line.is_err();

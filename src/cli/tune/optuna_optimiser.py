@@ -7,12 +7,16 @@ so that the sampler comes to where it was: what it proposes next is what it woul
 import json
 import math
 import sys
+import warnings
 
 import optuna
 from optuna.distributions import FloatDistribution, IntDistribution
 from optuna.trial import TrialState
 
 optuna.logging.set_verbosity(optuna.logging.WARNING)
+# What is experimental or to go in a later version of Optuna is nothing that whoever tunes can do something about.
+warnings.simplefilter("ignore", FutureWarning)
+warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
 # The usual 50 would be most of a study's budget.
 POPULATION = 20
 # Values are told with six digits.

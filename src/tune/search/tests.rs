@@ -232,7 +232,7 @@ fn what_breaks_down_on_held_out_ducts_is_no_gain() {
         ducts.iter().map(|(name, text)| (name.as_str(), text.as_str())).chain([("b.toml", BASE)]).collect();
     let names: Vec<String> = ducts.iter().map(|(name, _)| format!("{name:?}")).collect();
     let text = format!(
-        "format = 1\nkind = \"study\"\nname = \"s\"\nruns = 60\n[parameter]\nrobot.speed_m_s = {{ from = 0.1, to = 1.0 }}\n[train]\n\
+        "format = 1\nkind = \"study\"\nname = \"s\"\nruns = 60\n[parameter]\nstart.lateral_m = {{ from = -0.1, to = 0.1 }}\nrobot.speed_m_s = {{ from = 0.1, to = 1.0 }}\n[train]\n\
          base = \"b.toml\"\n[held_out]\nbase = [{}]\nseed = 100\n[objective]\nweights = {{ lateral_rms_m = 1.0 }}\n[constraints]\n\
          most = {{ collisions = 0 }}\n",
         names.join(", ")
