@@ -13,6 +13,7 @@ pub(crate) fn uniform(seed: u64, index: u64, stream: u64) -> f64 {
 }
 
 /// A standard normal number (Box and Muller), of this stream and the next.
+#[cfg(feature = "cli")]
 pub(crate) fn normal(seed: u64, index: u64, stream: u64) -> f64 {
     let [radius, angle] = [0, 1].map(|half| uniform(seed, index, stream + half));
     (-2.0 * libm::log(1.0 - radius)).sqrt() * libm::cos(std::f64::consts::TAU * angle)
