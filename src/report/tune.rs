@@ -72,7 +72,8 @@ fn objective_words(objective: &Objective) -> String {
 
 fn names(sweep: &SweepFile) -> String {
     let names: Vec<&str> = sweep.bases.iter().map(|base| base.name.as_str()).collect();
-    format!("{} ({} seeds of each)", names.join(", "), sweep.replicates)
+    let seeds = if sweep.replicates == 1 { "one seed".to_owned() } else { format!("{} seeds", sweep.replicates) };
+    format!("{} ({seeds} of each)", names.join(", "))
 }
 
 /// A parameter's row and its plots, one an objective.
