@@ -3,8 +3,8 @@
 #
 #   ./figures.sh [--slice] [OUT.json]      (figures.json)
 #
-# Eight seeds a scenario, 32 random networks, the whole accuracy studies and those of tuning; two hours on two cores without a graphics card. --slice takes
-# one seed, four random networks and fewer frames: a few minutes. A hundred networks are a sweep of their own:
+# Eight seeds a scenario, 32 random networks, the whole accuracy studies and those of tuning; hours on two cores without a graphics card.
+# --slice takes one seed, four random networks, fewer frames and the smallest study: some minutes. A hundred networks are a sweep of their own:
 #   ductloop sweep scenarios/sweeps/random-networks.toml
 set -euo pipefail
 cd "$(dirname "$0")"

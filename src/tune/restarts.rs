@@ -3,7 +3,7 @@
 //! A. Auger and N. Hansen, *A Restart CMA Evolution Strategy With Increasing Population Size*, CEC 2005: each new run begins anywhere in the
 //! box. What falls beside the box is drawn again, and after a hundred times reflected at its sides; nothing outside is ever run. (Reflected at
 //! once, a minimum near a side has a mirror image, between the two of which the search does not decide: Rastrigin's function in
-//! [-5, 5]^10 took five times as long.)
+//! [-5, 5]^10 took more than five times as long.)
 
 use super::cma_es::{CmaEs, default_lambda};
 use crate::stream::uniform;

@@ -94,7 +94,10 @@ pub(crate) fn command(args: &TuneArgs) -> Result<u8, Problem> {
         }
         Some(driver) => {
             // One that does not start leaves no study behind.
-            let mut outside = optimiser::start(&study, driver, &folder.path)?;
+            let mut outside = match optimiser::start(&study, driver, &folder.path) {
+                Err(_) if interrupt::requested() => return Ok(interrupted()),
+                started => started?,
+            };
             folder.begin(args)?;
             let found = means.carry_out(&study, &mut outside);
             if found.is_ok() {
@@ -105,12 +108,14 @@ pub(crate) fn command(args: &TuneArgs) -> Result<u8, Problem> {
     };
     match found {
         Ok((search, held)) => conclude(&study, &search, held.as_ref(), &folder.path, &means),
-        Err(Broken::Interrupted) => {
-            note("interrupted: what was run is kept; the same call goes on from there");
-            Ok(INTERRUPTED)
-        }
+        Err(Broken::Interrupted) => Ok(interrupted()),
         Err(Broken::Problem(problem)) => Err(problem),
     }
+}
+
+fn interrupted() -> u8 {
+    note("interrupted: what was run is kept; the same call goes on from there");
+    INTERRUPTED
 }
 
 /// Reads a study.
