@@ -1,5 +1,6 @@
 //! A run's figures, and the verdict on them.
 
+use ductloop_duct::fitting::Shape;
 use serde::Serialize;
 
 use crate::ahead_scores::AheadScores;
@@ -40,10 +41,11 @@ pub struct Metrics {
     pub lateral_estimate_rms_m: Option<f64>,
     /// RMS difference between measured and true heading.
     pub heading_estimate_rms_rad: Option<f64>,
-    /// RMS difference between the estimator's and the true offset; `None` without an estimator.
+    /// RMS difference between the estimator's and the true offset, in straight ducts: in a bend or a junction the estimator's is from the middle
+    /// of the duct that it leaves or enters, the true one from the path. `None` without an estimator.
     pub filtered_lateral_rms_m: Option<f64>,
     /// Mean of minus the natural logarithm of the density that the estimator gives the true offset, heading and width, in metres and radians:
-    /// the less, the better it knows both them and its errors (I. J. Good 1952). `None` without an estimator.
+    /// the less, the better it knows both them and its errors (I. J. Good 1952). In straight ducts; `None` without an estimator.
     pub filtered_log_loss: Option<f64>,
     /// Share of frames that gave both offset and heading.
     pub estimates_valid: Option<f64>,
@@ -219,6 +221,9 @@ impl Metrics {
         let along = || tracked().filter(|frame| goes_along(frame));
         let lateral = || along().map(|f| f.truth.lateral_m);
         let heading = || along().map(|f| f.truth.heading_rad);
+        let fittings = scenario.duct.fittings();
+        let is_straight = |fitting: usize| fittings.get(fitting).is_some_and(|own| matches!(own.shape, Shape::Straight { .. }));
+        let in_straights = || along().filter(|frame| is_straight(frame.truth.fitting));
         let lateral_error = tracked().filter_map(|f| Some(f.measurement.lateral_m? - f.truth.lateral_m));
         let heading_error = tracked().filter_map(|f| Some(f.measurement.heading_rad? - f.truth.heading_rad));
         let valid = tracked().filter(|f| f.measurement.lateral_m.is_some() && f.measurement.heading_rad.is_some()).count();
@@ -244,9 +249,9 @@ impl Metrics {
             heading_max_rad: greatest(heading()),
             lateral_estimate_rms_m: rms(lateral_error),
             heading_estimate_rms_rad: rms(heading_error),
-            filtered_lateral_rms_m: rms(tracked().filter_map(|f| Some(f.estimate?.lateral_m - f.truth.lateral_m))),
+            filtered_lateral_rms_m: rms(in_straights().filter_map(|f| Some(f.estimate?.lateral_m - f.truth.lateral_m))),
             filtered_log_loss: mean(
-                tracked().filter_map(|f| f.estimate?.log_loss(f.truth.lateral_m, f.truth.heading_rad, f.width_m)),
+                in_straights().filter_map(|f| f.estimate?.log_loss(f.truth.lateral_m, f.truth.heading_rad, f.width_m)),
             ),
             estimates_valid: (count > 0).then(|| valid as f64 / count as f64),
             collisions: run.collisions.count,
@@ -455,6 +460,35 @@ mod tests {
         assert_eq!(metrics.contact_speed_max_m_s, 0.2);
         // Each wheel's command changes by 0.1 rad/s a frame, 30 frames a second.
         assert!(metrics.control_effort.is_some_and(|effort| (effort - 3.0).abs() < 1e-9), "{metrics:?}");
+    }
+
+    /// What the estimator says in a bend is of the duct that the robot leaves, not of the path.
+    #[test]
+    fn the_estimator_is_judged_in_straight_ducts() {
+        use ductloop_nav::estimation::{Estimate, Outcome};
+        let text = "format = 1\nkind = \"scenario\"\nname = \"t\"\n[sensor]\npreset = \"wide\"\n[duct]\nwidth_m = 0.5\nheight_m = 0.3\n\
+                    run = [{ straight_m = 2.0 }, { elbow_deg = 90.0, throat_radius_m = 0.5 }, { straight_m = 2.0 }]\n";
+        let scenario = Scenario::from_toml_str(text).unwrap_or_else(|wrong| panic!("{}", wrong.render(false)));
+        let mut run = run(&[0.0; 3], EndState::Finished);
+        for (fitting, (frame, lateral_m)) in run.frames.iter_mut().zip([0.003, 0.5, 0.004]).enumerate() {
+            (frame.truth.fitting, frame.truth.distance_m, frame.truth.heading_rad) = (fitting, 5.0, 0.0);
+            frame.estimate = Some(Estimate {
+                lateral_m,
+                heading_rad: 0.0,
+                width_m: 0.5,
+                effective_track_m: 0.3,
+                icr_m: 0.0,
+                covariance: nalgebra::SMatrix::identity() * 1e-6,
+                outcome: Outcome::None,
+                refused: 0,
+                begun_anew: 0,
+            });
+        }
+        let metrics = Metrics::of(&scenario, &run, None);
+        assert!(metrics.filtered_lateral_rms_m.is_some_and(|rms| (rms - 12.5e-6_f64.sqrt()).abs() < 1e-12), "{metrics:?}");
+        // Half of (9 + 16) / 2, and ln of 1e-3 sqrt(2 pi) for each of the three.
+        let expected = 6.25 + 3.0 * (1e-3 * (2.0 * std::f64::consts::PI).sqrt()).ln();
+        assert!(metrics.filtered_log_loss.is_some_and(|loss| (loss - expected).abs() < 1e-9), "{metrics:?} {expected}");
     }
 
     /// Turning on the spot at 0.7 rad/s, backing at 0.1 m/s: neither has errors; a bend of 0.2 m has, and who stands has.
