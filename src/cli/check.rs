@@ -125,15 +125,20 @@ fn study(file: &Path, args: &CheckArgs) -> Result<Value, Problem> {
 /// A tuning study: its row of the document.
 fn tuning(file: &Path, args: &CheckArgs) -> Result<Value, Problem> {
     let study = tune::read(file, &args.overlay)?;
-    let (parameters, runs, overlaps) = (study.parameters.len(), study.runs, study.overlaps());
+    let (parameters, runs) = (study.parameters.len(), study.runs);
+    let warnings: Vec<Warning> = study.concerns().into_iter().map(Warning::from).collect();
     if !args.quiet && !args.json {
         let about = if study.about.is_empty() { String::new() } else { format!(": {}", study.about) };
         let (file, name, optimiser, seed) = (file.display(), &study.name, study.optimiser.word(), study.seed);
         print(&format!("{file}: ok, `{name}`{about}\n  parameters: {parameters}, {optimiser}, {runs} runs, seed: {seed}"))?;
     }
-    Ok(
-        json!({"file": file.display().to_string(), "study": study.name, "parameters": parameters, "runs": runs, "warnings": overlaps}),
-    )
+    if !args.quiet {
+        warnings.iter().for_each(|warning| warning.tell(&file.display()));
+    }
+    Ok(json!({
+        "file": file.display().to_string(), "study": study.name, "parameters": parameters, "runs": runs,
+        "warnings": warnings.iter().map(Warning::to_json).collect::<Vec<_>>(),
+    }))
 }
 
 /// An experiment with a gauge: its row of the document.

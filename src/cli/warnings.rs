@@ -1,8 +1,10 @@
-//! What can be run and is hardly meant so: a laser whose source is outside the duct lights nothing in it.
+//! What can be run and is hardly meant so: a laser whose source is outside the duct lights nothing in it, a study that trains on what it
+//! holds out proves nothing.
 
 use std::fmt::Display;
 
 use ductloop::Scenario;
+use ductloop::scenario::study_file::Concern;
 use ductloop::viewpoint::{lasers_outside, world_from_start_camera};
 use serde_json::{Value, json};
 
@@ -32,6 +34,12 @@ impl Warning {
     /// `{"message", "help"}`.
     pub(crate) fn to_json(&self) -> Value {
         json!({"message": self.message, "help": self.help})
+    }
+}
+
+impl From<Concern> for Warning {
+    fn from(Concern { message, help }: Concern) -> Self {
+        Self { message, help }
     }
 }
 

@@ -45,9 +45,11 @@ use super::sweep_file::reader::Read;
 use super::sweep_file::{Factor, SweepFile, WrongBases, among, beside, with_bases};
 use super::typed::Typed;
 
+mod concerns;
 mod reader;
 mod schema;
 
+pub use concerns::Concern;
 use reader::StudyReader;
 pub use schema::schema;
 
@@ -178,28 +180,6 @@ impl StudyFile {
     /// Runs of one candidate.
     pub fn runs_of_a_candidate(&self) -> u64 {
         self.train.bases.len() as u64 * u64::from(self.train.replicates)
-    }
-
-    /// Scenarios that are trained on and held out with a seed in common, each said in a sentence: what is found there proves nothing.
-    pub fn overlaps(&self) -> Vec<String> {
-        let seeds = |sweep: &SweepFile| sweep.seed..sweep.seed.saturating_add(u64::from(sweep.replicates));
-        let (train, held) = (seeds(&self.train), seeds(&self.held_out));
-        let common = train.start.max(held.start)..train.end.min(held.end);
-        if common.is_empty() {
-            return Vec::new();
-        }
-        // Two files may say the same in other words.
-        let scenario = |sweep: &SweepFile, base: usize| {
-            let mut scenario = sweep.scenario(base, &[], common.start).ok()?;
-            (scenario.name, scenario.about) = (String::new(), String::new());
-            Some(scenario)
-        };
-        let held: Vec<_> = (0..self.held_out.bases.len()).map(|base| scenario(&self.held_out, base)).collect();
-        let both = |base: &usize| scenario(&self.train, *base).is_some_and(|own| held.contains(&Some(own)));
-        let told = |base: &super::sweep_file::Base| {
-            format!("`{}` is trained on and held out with seeds {} to {}", base.name, common.start, common.end - 1)
-        };
-        (0..self.train.bases.len()).filter(both).map(|base| told(&self.train.bases[base])).collect()
     }
 }
 

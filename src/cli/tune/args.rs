@@ -50,7 +50,7 @@ pub(crate) struct TuneArgs {
     /// Take the place of another study in its folder; runs that both have are kept
     #[arg(long)]
     pub(crate) force: bool,
-    /// Refuse what is only warned of: scenarios that are trained on and held out with the same seeds
+    /// Refuse what is only warned of, as scenarios that are trained on and held out with the same seeds
     #[arg(long)]
     pub(crate) strict: bool,
     #[command(flatten)]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use ductloop::output::write_whole;
 use ductloop::report;
 use ductloop::scenario::shown;
-use ductloop::scenario::study_file::StudyFile;
+use ductloop::scenario::study_file::{Concern, StudyFile};
 use ductloop::scenario::sweep_file::{Level, SweepFile};
 use ductloop::sweep::plan::Plan;
 use ductloop::sweep::store::Store;
@@ -28,6 +28,7 @@ use super::sweep::args::{SayingArgs, rendering};
 use super::sweep::engine::{Engine, from_anywhere};
 use super::sweep::inputs::renderer_id;
 use super::sweep::steps;
+use super::warnings::Warning;
 use super::{INTERRUPTED, destination, interrupt};
 
 mod args;
@@ -76,7 +77,7 @@ pub(crate) fn command(args: &TuneArgs) -> Result<u8, Problem> {
     let path = find(&args.input);
     let driver = args.driver()?;
     let study = StudyFile { driver: driver.as_ref().map(args::Driver::told), ..read(&path, &args.overlay)? };
-    overlapping(&study, args, &path)?;
+    concerning(&study, args, &path)?;
     let engine = match args.scheduler()? {
         Some((scheduler, machines)) => Engine::of(Some(scheduler), &machines)?,
         None => None,
@@ -131,18 +132,19 @@ pub(super) fn read(path: &Path, overlay: &OverlayArgs) -> Result<StudyFile, Prob
     StudyFile::read(path, &overlay.overlays()).map_err(|wrong| Problem::in_files(vec![overlay.as_typed(wrong)]))
 }
 
-/// What is trained on and held out alike is warned of, or refused.
-fn overlapping(study: &StudyFile, args: &TuneArgs, path: &Path) -> Result<(), Problem> {
-    let overlaps = study.overlaps();
-    if args.strict && !overlaps.is_empty() {
-        return Err(Problem::new(Problem::WRONG_INPUT, overlaps.join("; "))
-            .about(path.display().to_string())
-            .help("give `[held_out]` a `seed` beyond those of `[train]`, or scenarios of its own"));
+/// What makes a find worth nothing is warned of, or refused.
+fn concerning(study: &StudyFile, args: &TuneArgs, path: &Path) -> Result<(), Problem> {
+    let concerns = study.concerns();
+    match concerns.first().filter(|_| args.strict) {
+        Some(Concern { help, .. }) => {
+            let message: Vec<&str> = concerns.iter().map(|concern| concern.message.as_str()).collect();
+            Err(Problem::new(Problem::WRONG_INPUT, message.join("; ")).about(path.display().to_string()).help(help.clone()))
+        }
+        None => {
+            concerns.into_iter().for_each(|concern| Warning::from(concern).tell(&path.display()));
+            Ok(())
+        }
     }
-    for overlap in overlaps {
-        note(&format!("warning: {}: {overlap}; what is found there proves nothing (`--strict` refuses it)", path.display()));
-    }
-    Ok(())
 }
 
 impl Means<'_> {

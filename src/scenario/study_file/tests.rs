@@ -127,12 +127,42 @@ fn what_is_wrong_is_said_at_its_place() {
     }
 }
 
+fn concerns(text: &str) -> Vec<String> {
+    let study = read(text).unwrap_or_else(|wrong| panic!("{wrong}"));
+    study.concerns().into_iter().map(|concern| concern.message).collect()
+}
+
 #[test]
 fn what_is_trained_on_and_held_out_with_one_seed_is_told() {
-    let study = read(FILE).unwrap_or_else(|wrong| panic!("{wrong}"));
-    assert_eq!(study.overlaps(), Vec::<String>::new());
-    let study = read(&FILE.replace("seed = 100", "seed = 2")).unwrap_or_else(|wrong| panic!("{wrong}"));
-    assert_eq!(study.overlaps(), ["`b` is trained on and held out with seeds 2 to 2"]);
+    assert_eq!(concerns(FILE), Vec::<String>::new());
+    let told = concerns(&FILE.replace("seed = 100", "seed = 2"));
+    assert_eq!(told, ["`b` is trained on and held out with seeds 2 to 2: what is found there proves nothing"]);
+}
+
+#[test]
+fn parameters_of_what_is_not_used_are_told() {
+    let told = |path: &str, scenario: &str| {
+        let text = FILE.replace("robot.speed_m_s = { from = 0.1, to = 0.5", &format!("{path} = {{ from = 0.02, to = 0.9"));
+        concerns(&text.replace("time_limit_s = 20.0", scenario))
+    };
+    for (path, unused, used) in [
+        ("control.koh-cho.landing", "control.law = \"lqr\"", "control.law = \"koh-cho-printed\""),
+        ("control.koh-cho.linear_along_m", "control.law = \"koh-cho-printed\"", "control.law = \"koh-cho\""),
+        ("control.pure-pursuit.lookahead_m", "", "control.law = \"pure-pursuit\""),
+        ("perception.paper.psf_sigma_px", "", "perception.pipeline = \"paper\""),
+        ("estimation.correlated_share", "estimation.kind = \"none\"", ""),
+    ] {
+        let idle = told(path, unused);
+        assert!(idle.len() == 1 && idle[0].starts_with(&format!("`{path}` changes nothing")), "{path}: {idle:?}");
+        assert_eq!(told(path, used), Vec::<String>::new(), "{path}");
+    }
+    assert_eq!(told("control.limits.max_acceleration_m_s2", "control.law = \"lqr\""), Vec::<String>::new());
+}
+
+#[test]
+fn a_step_that_ends_nothing_is_told() {
+    let told = concerns(&FILE.replace("\"cma-es\"", "\"sobol\""));
+    assert_eq!(told, ["`[stop]` `step` ends nothing: sobol has no steps that become smaller"]);
 }
 
 proptest! {
