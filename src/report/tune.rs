@@ -94,7 +94,7 @@ fn parameter(study: &StudyFile, search: &Search, index: usize) -> Value {
         .collect();
     context! {
         path => parameter.path.as_str(), unit => parameter.unit.as_str(),
-        default => candidate::default(study, parameter).map(crate::scenario::shown),
+        default => candidate::default(study, parameter).map(short),
         found => best.map(|values| values[index].shown()), by => by,
     }
 }

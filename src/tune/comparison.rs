@@ -1,10 +1,12 @@
 //! The find against the default, on runs that both had: same ducts, same seeds.
 //!
 //! What a gain is to hold on are ducts, and seeds of one duct are no other ducts: its pairs are put together first, and an interval and a test
-//! are those of the ducts' means. Where only one duct was held out its seeds are all there is, and what is found holds on it alone.
+//! are those of the ducts. Where only one duct was held out its seeds are all there is, and what is found holds on it alone.
 
 use serde::Serialize;
 
+use super::objective::over;
+use crate::scenario::study_file::Over;
 use crate::stream::uniform;
 
 /// Streams of random numbers: which pairs a bootstrap draws, which signs a test flips.
@@ -40,19 +42,18 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Of the costs of default and find, duct by duct and pair by pair; `None` without any. All ducts count alike.
-    pub fn of(ducts: &[Vec<[f64; 2]>], seed: u64) -> Option<Self> {
+    /// Of the costs of default and find, duct by duct and pair by pair; `None` without any. The pairs of a duct make one as the objective puts
+    /// runs together, by their mean or their worst; all ducts count alike.
+    pub fn of(ducts: &[Vec<[f64; 2]>], rule: Over, seed: u64) -> Option<Self> {
         let ducts: Vec<&Vec<[f64; 2]>> = ducts.iter().filter(|pairs| !pairs.is_empty()).collect();
         let by_duct = ducts.len() > 1;
-        let mean_of =
-            |pairs: &[[f64; 2]]| [0, 1].map(|which| pairs.iter().map(|pair| pair[which]).sum::<f64>() / pairs.len() as f64);
         let units: Vec<[f64; 2]> = match ducts.as_slice() {
             [] => return None,
             [alone] => (*alone).clone(),
-            several => several.iter().map(|pairs| mean_of(pairs)).collect(),
+            several => several.iter().map(|pairs| together(rule, pairs)).collect(),
         };
         let count = units.len();
-        let [default_cost, best_cost] = mean_of(&units);
+        let [default_cost, best_cost] = together(Over::Mean, &units);
         let differences: Vec<f64> = units.iter().map(|[default, best]| default - best).collect();
         let mut means: Vec<f64> = (0..DRAWS)
             .map(|draw| {
@@ -86,6 +87,11 @@ impl Comparison {
     }
 }
 
+/// What default and find cost in so many pairs, each as one number.
+pub fn together(rule: Over, pairs: &[[f64; 2]]) -> [f64; 2] {
+    [0, 1].map(|which| over(rule, &pairs.iter().map(|pair| pair[which]).collect::<Vec<_>>()))
+}
+
 /// Two-sided, of the mean against zero: over all signs where there are few pairs, over drawn ones otherwise.
 fn p_value(differences: &[f64], seed: u64) -> f64 {
     let count = differences.len();
@@ -113,7 +119,7 @@ mod tests {
     #[test]
     fn the_test_is_exact_for_few_pairs() {
         let pairs: Vec<[f64; 2]> = (0..8).map(|i| [2.0 + 0.1 * f64::from(i), 1.0]).collect();
-        let found = Comparison::of(&[pairs], 1).expect("pairs");
+        let found = Comparison::of(&[pairs], Over::Mean, 1).expect("pairs");
         assert!((found.p_value - 2.0 / 256.0).abs() < 1e-12, "{found:?}");
         assert!(found.is_better(0.05) && found.better == 8 && found.interval[0] >= 1.0 && found.interval[1] <= 1.7);
         assert!((found.gain - 1.35).abs() < 1e-12);
@@ -130,7 +136,7 @@ mod tests {
                     let pair = |i: u64| [1.0 + effect + 0.05 * (uniform(seed, 100 * duct + i, 2) - 0.5), 1.0];
                     (0..4).map(pair).collect::<Vec<_>>()
                 };
-                Comparison::of(&(0..ducts).map(duct).collect::<Vec<_>>(), seed).expect("pairs")
+                Comparison::of(&(0..ducts).map(duct).collect::<Vec<_>>(), Over::Mean, seed).expect("pairs")
             };
             (0..200).filter(|seed| found(*seed).p_value < 0.05).count()
         };
@@ -139,19 +145,28 @@ mod tests {
         assert!((2..=19).contains(&rejected(8)), "{}", rejected(8));
     }
 
+    /// Who is after the worst is judged by each duct's worst run: four seeds that are better by a little and one that is much worse are no gain.
+    #[test]
+    fn the_worst_is_judged_by_the_worst() {
+        let ducts: Vec<Vec<[f64; 2]>> = (0..8).map(|_| (0..5).map(|i| [1.0, if i == 0 { 1.5 } else { 0.8 }]).collect()).collect();
+        let [mean, worst] = [Over::Mean, Over::Worst].map(|rule| Comparison::of(&ducts, rule, 1).expect("pairs"));
+        assert!(mean.is_better(0.05) && (mean.gain - 0.06).abs() < 1e-12, "{mean:?}");
+        assert!(worst.is_worse(0.05) && (worst.gain + 0.5).abs() < 1e-12, "{worst:?}");
+    }
+
     /// Where neither is better a test at 5 % says so in one of twenty cases, and an interval of 95 % misses zero as often.
     #[test]
     fn noise_is_told_from_a_gain() {
         let (mut rejected, mut missed) = (0, 0);
         for seed in 0..300 {
             let pairs: Vec<[f64; 2]> = (0..20).map(|i| [uniform(seed, i, 1), uniform(seed, i, 2)]).collect();
-            let found = Comparison::of(&[pairs], seed).expect("pairs");
+            let found = Comparison::of(&[pairs], Over::Mean, seed).expect("pairs");
             rejected += u32::from(found.p_value < 0.05);
             missed += u32::from(found.interval[0] > 0.0 || found.interval[1] < 0.0);
         }
         // Binomial, 300 at 5 %: 15, and 3.8 of deviation. Percentile intervals of 20 pairs are a little narrow.
         assert!((5..=27).contains(&rejected), "{rejected}");
         assert!((5..=36).contains(&missed), "{missed}");
-        assert!(Comparison::of(&[], 1).is_none());
+        assert!(Comparison::of(&[], Over::Mean, 1).is_none());
     }
 }

@@ -3,13 +3,14 @@
 use std::ops::ControlFlow;
 
 use super::candidate;
-use super::comparison::Comparison;
+use super::comparison::{Comparison, together};
 use super::objective::cost;
 use super::search::Search;
 use crate::closed_loop::{RunError, run_unscored};
 use crate::engine::Engine;
 use crate::pilot::Pilot;
 use crate::scenario::study_file::{Objective, StudyFile};
+use crate::scenario::sweep_file::Base;
 use crate::sweep::table::Row;
 
 /// Runs on what was held out, of the default and of what was found.
@@ -52,10 +53,11 @@ pub enum TrajectoryError {
     Run(#[from] RunError),
 }
 
-/// What a pair of runs costs, the default's and another on the same duct with the same seed, if both measured it.
-fn costs_of(objective: &Objective, (own, row): (&Row, &Row)) -> Option<[f64; 2]> {
-    let of = |row: &Row| cost(objective, &row.outcome, Some(&own.outcome));
-    Some([of(own)?, of(row)?])
+/// What the default and another cost on one duct, in pairs with the same seed, where both measured it.
+fn costs_on(base: usize, objective: &Objective, default: &[Row], rows: &[Row]) -> Vec<[f64; 2]> {
+    let of = |row: &Row, own: &Row| cost(objective, &row.outcome, Some(&own.outcome));
+    let pairs = default.iter().zip(rows).filter(|(own, _)| own.case.at.base == base);
+    pairs.filter_map(|(own, row)| Some([of(own, own)?, of(row, own)?])).collect()
 }
 
 impl Held {
@@ -63,11 +65,8 @@ impl Held {
     pub fn of(study: &StudyFile, default: Vec<Row>, found: Vec<(usize, Vec<Row>)>) -> Self {
         let compared = |rows: &[Row]| {
             let against = |objective: &Objective| {
-                let duct = |base: usize| {
-                    let pairs = default.iter().zip(rows).filter(|(own, _)| own.case.at.base == base);
-                    pairs.filter_map(|pair| costs_of(objective, pair)).collect()
-                };
-                Comparison::of(&(0..study.held_out.bases.len()).map(duct).collect::<Vec<_>>(), study.seed)
+                let ducts = (0..study.held_out.bases.len()).map(|base| costs_on(base, objective, &default, rows));
+                Comparison::of(&ducts.collect::<Vec<_>>(), objective.over, study.seed)
             };
             study.objectives.iter().map(against).collect()
         };
@@ -75,20 +74,13 @@ impl Held {
         Self { default, found }
     }
 
-    /// Mean costs by an objective of the default and of what was found, scenario by scenario, over the pairs that both measured.
+    /// Costs by an objective of the default and of what was found, scenario by scenario, over the pairs that both measured.
     pub fn by_scenario(&self, study: &StudyFile, rows: &[Row], objective: &Objective) -> Vec<(String, [f64; 2])> {
-        let of = |base: usize| {
-            let pairs: Vec<[f64; 2]> = self
-                .default
-                .iter()
-                .zip(rows)
-                .filter(|(own, _)| own.case.at.base == base)
-                .filter_map(|pair| costs_of(objective, pair))
-                .collect();
-            let mean = |which: usize| pairs.iter().map(|pair| pair[which]).sum::<f64>() / pairs.len() as f64;
-            (!pairs.is_empty()).then(|| (study.held_out.bases[base].name.clone(), [mean(0), mean(1)]))
+        let of = |(base, scenario): (usize, &Base)| {
+            let pairs = costs_on(base, objective, &self.default, rows);
+            (!pairs.is_empty()).then(|| (scenario.name.clone(), together(objective.over, &pairs)))
         };
-        (0..study.held_out.bases.len()).filter_map(of).collect()
+        study.held_out.bases.iter().enumerate().filter_map(of).collect()
     }
 
     /// Runs that the default measured and this did not, and the other way round, by any objective.

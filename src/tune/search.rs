@@ -230,26 +230,23 @@ fn generation_of<E>(
 impl Search {
     /// Looks for the best among all that were tried.
     fn look(&mut self) {
+        let cost = |index: &usize| self.trials[*index].costs.objectives[0];
+        let costs = |of: &[usize]| -> Vec<Costs> { of.iter().map(|index| self.trials[*index].costs.clone()).collect() };
+        let has_several = self.trials[0].costs.objectives.len() > 1;
         let full: Vec<usize> = (0..self.trials.len()).filter(|index| self.trials[*index].is_full).collect();
-        let costs: Vec<Costs> = full.iter().map(|index| self.trials[*index].costs.clone()).collect();
-        let first = front::fronts(&costs).into_iter().next().unwrap_or_default();
-        self.front = first.into_iter().map(|index| full[index]).filter(|index| self.trials[*index].costs.is_feasible()).collect();
-        let first = |index: &usize| self.trials[*index].costs.objectives[0];
-        let several = self.trials[0].costs.objectives.len() > 1;
+        let first = front::fronts(&costs(&full)).into_iter().next().unwrap_or_default();
+        let mut front: Vec<usize> =
+            first.into_iter().map(|at| full[at]).filter(|index| self.trials[*index].costs.is_feasible()).collect();
         // Of equal ones the first that was tried.
-        let mut front = std::mem::take(&mut self.front);
-        front.sort_by(|a, b| first(a).total_cmp(&first(b)));
-        if !several {
+        front.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+        if !has_several {
             front.truncate(1);
         }
-        self.front = front;
         // A compromise is sought beside the default, where there is one.
-        let mut choice: Vec<usize> = self.front.iter().copied().filter(|index| *index > 0 || !several).collect();
-        if choice.is_empty() {
-            choice.clone_from(&self.front);
-        }
-        let costs: Vec<Costs> = choice.iter().map(|index| self.trials[*index].costs.clone()).collect();
-        self.best = front::compromise(&costs).map(|index| choice[index]);
+        let beside: Vec<usize> = front.iter().copied().filter(|index| *index > 0).collect();
+        let choice = if has_several && !beside.is_empty() { &beside } else { &front };
+        let best = front::compromise(&costs(choice)).map(|at| choice[at]);
+        (self.front, self.best) = (front, best);
     }
 }
 

@@ -204,9 +204,10 @@ fn compared(objective: &str, held: &Comparison, level: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::study_file::Over;
 
     fn told(pairs: &[[f64; 2]]) -> String {
-        compared("cost", &Comparison::of(&[pairs.to_vec()], 1).expect("pairs"), 0.05)
+        compared("cost", &Comparison::of(&[pairs.to_vec()], Over::Mean, 1).expect("pairs"), 0.05)
     }
 
     #[test]

@@ -3,7 +3,9 @@ use crate::metrics::{Metrics, Verdict};
 use crate::scenario::study_file::{Objective, Over};
 use crate::sweep::case::Cases;
 use crate::sweep::outcome::Outcome;
+use crate::tune::held_out::Held;
 use crate::tune::proposer::Proposer;
+use crate::tune::verdict::{Outcome as Worth, verdict_words};
 
 const BASE: &str = "format = 1\nkind = \"scenario\"\nname = \"b\"\n[robot]\npreset = \"incra1\"\n[sensor]\npreset = \"wide\"\n\
                     [duct]\nwidth_m = 0.5\nheight_m = 0.3\nrun = [{ straight_m = 3.0 }]\n";
@@ -221,11 +223,8 @@ fn the_same_study_makes_the_same_candidates() {
     }
 }
 
-/// What is better on held-out ducts and touches there, or has no figures there, is no gain.
-#[test]
-fn what_breaks_down_on_held_out_ducts_is_no_gain() {
-    use crate::tune::held_out::Held;
-    use crate::tune::verdict::{Outcome as Worth, verdict_words};
+/// A study that holds out seven ducts; its objectives are these.
+fn with_held_out_ducts(objectives: &str) -> StudyFile {
     let ducts: Vec<(String, String)> =
         (0..7).map(|i| (format!("{i}.toml"), BASE.replace("\"b\"", &format!("\"d{i}\"")))).collect();
     let bases: Vec<(&str, &str)> =
@@ -233,33 +232,59 @@ fn what_breaks_down_on_held_out_ducts_is_no_gain() {
     let names: Vec<String> = ducts.iter().map(|(name, _)| format!("{name:?}")).collect();
     let text = format!(
         "format = 1\nkind = \"study\"\nname = \"s\"\nruns = 60\n[parameter]\nstart.lateral_m = {{ from = -0.1, to = 0.1 }}\nrobot.speed_m_s = {{ from = 0.1, to = 1.0 }}\n[train]\n\
-         base = \"b.toml\"\n[held_out]\nbase = [{}]\nseed = 100\n[objective]\nweights = {{ lateral_rms_m = 1.0 }}\n[constraints]\n\
-         most = {{ collisions = 0 }}\n",
+         base = \"b.toml\"\n[held_out]\nbase = [{}]\nseed = 100\n{objectives}[constraints]\nmost = {{ collisions = 0 }}\n",
         names.join(", ")
     );
-    let study = StudyFile::from_toml_str(&text, &bases).unwrap_or_else(|wrong| panic!("{wrong}"));
-    let found = searched(&study);
+    StudyFile::from_toml_str(&text, &bases).unwrap_or_else(|wrong| panic!("{wrong}"))
+}
+
+/// What a find is worth, and how it is told, that has the default's runs on what is held out, at `times` the cost of metrics and changed on one
+/// duct.
+fn worth(study: &StudyFile, times: &[(&str, f64)], change: &[(&str, Option<f64>)]) -> (Worth, String) {
+    let at = |name: &str| Metrics::NUMBERS.iter().position(|other| *other == name).expect("a metric");
+    let found = searched(study);
     let best = found.best.expect("a best");
     assert_ne!(best, 0);
-    let at = |name: &str| Metrics::NUMBERS.iter().position(|other| *other == name).expect("a metric");
-    // The default's runs, and the same at half of the cost, changed on one duct.
     let default = rows(study.held_out.clone()).unwrap_or_else(|lost| panic!("{lost}"));
-    let with = |change: &dyn Fn(&mut Outcome)| {
-        let mut rows = default.clone();
-        for row in &mut rows {
-            let cost = &mut row.outcome.metrics[at("lateral_rms_m")];
-            *cost = cost.map(|cost| 0.5 * cost);
-        }
-        change(&mut rows[3].outcome);
-        let held = Held::of(&study, default.clone(), vec![(best, rows)]);
-        (held.outcome(&study), verdict_words(&study, &found, Some(&held)).join("\n"))
-    };
-    let (worth, words) = with(&|_| {});
+    let mut own = default.clone();
+    for (metric, times) in times {
+        own.iter_mut().for_each(|row| row.outcome.metrics[at(metric)] = row.outcome.metrics[at(metric)].map(|cost| times * cost));
+    }
+    change.iter().for_each(|(metric, value)| own[3].outcome.metrics[at(metric)] = *value);
+    let held = Held::of(study, default, vec![(best, own)]);
+    (held.outcome(study), verdict_words(study, &found, Some(&held)).join("\n"))
+}
+
+/// What is better on held-out ducts and touches there, or has no figures there, is no gain.
+#[test]
+fn what_breaks_down_on_held_out_ducts_is_no_gain() {
+    let study = with_held_out_ducts("[objective]\nweights = { lateral_rms_m = 1.0 }\n");
+    let half = |change: &[(&str, Option<f64>)]| worth(&study, &[("lateral_rms_m", 0.5)], change);
+    let (worth, words) = half(&[]);
     assert!(worth == Worth::Gain && words.contains("better on 7 of 7 ducts"), "{words}");
-    let (worth, words) = with(&|outcome| outcome.metrics[at("collisions")] = Some(1.0));
+    let (worth, words) = half(&[("collisions", Some(1.0))]);
     assert!(worth == Worth::Broken && words.contains("most collisions") && words.contains("NO GAIN"), "{words}");
-    let (worth, words) = with(&|outcome| outcome.metrics[at("lateral_rms_m")] = None);
+    let (worth, words) = half(&[("lateral_rms_m", None)]);
     assert!(worth == Worth::Broken && words.contains("the default has figures and it has none"), "{words}");
-    let (worth, words) = with(&|outcome| outcome.metrics[at("lateral_rms_m")] = Some(50.0));
+    let (worth, words) = half(&[("lateral_rms_m", Some(50.0))]);
     assert!(worth == Worth::NoGain && words.contains("no more than noise"), "{words}");
+}
+
+/// Of several objectives one that is better does not make up for one that is worse.
+#[test]
+fn what_is_worse_in_one_objective_is_a_trade_off() {
+    let study = with_held_out_ducts(
+        "[objective.tracking]\nweights = { lateral_rms_m = 1.0 }\n[objective.effort]\nweights = { control_effort = 1.0 }\n",
+    );
+    for (tracking, effort, is) in [
+        (0.5, 1.0, Worth::Gain),
+        (0.5, 0.5, Worth::Gain),
+        (0.5, 2.0, Worth::TradeOff),
+        (2.0, 0.5, Worth::TradeOff),
+        (1.0, 2.0, Worth::NoGain),
+        (1.0, 1.0, Worth::NoGain),
+    ] {
+        let (worth, words) = worth(&study, &[("lateral_rms_m", tracking), ("control_effort", effort)], &[]);
+        assert_eq!(worth, is, "{tracking} {effort}: {words}");
+    }
 }
