@@ -32,8 +32,9 @@ pub struct KohChoParams {
 }
 
 impl Default for KohChoParams {
+    /// The first three come of the study `koh-cho` of landings, bends, offsets and tapers (`docs/tuning.md`), to three digits.
     fn default() -> Self {
-        Self { landing: 0.02, linear_heading_rad: 0.2, linear_lateral_m: 0.010, linear_along_m: 0.05 }
+        Self { landing: 0.0126, linear_heading_rad: 38.7_f64.to_radians(), linear_lateral_m: 6.91e-3, linear_along_m: 0.05 }
     }
 }
 

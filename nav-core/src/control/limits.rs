@@ -18,13 +18,13 @@ pub struct Limits {
 }
 
 impl Default for Limits {
-    /// Those of INCRA I.
+    /// Those of INCRA I; of yaw and rim they come of the study `koh-cho` (`docs/tuning.md`), to three digits.
     fn default() -> Self {
         Self {
             max_speed_m_s: 1.25,
             max_acceleration_m_s2: 0.5,
-            max_yaw_acceleration_rad_s2: 2.0,
-            max_wheel_acceleration_m_s2: 1.0,
+            max_yaw_acceleration_rad_s2: 2.81,
+            max_wheel_acceleration_m_s2: 1.49,
             effective_track_m: 0.325,
         }
     }
@@ -62,7 +62,7 @@ mod tests {
 
     #[test]
     fn steering_goes_first_and_the_rim_bounds_both() {
-        let limits = Limits { max_wheel_acceleration_m_s2: 0.4, ..Limits::default() };
+        let limits = Limits { max_yaw_acceleration_rad_s2: 2.0, max_wheel_acceleration_m_s2: 0.4, ..Limits::default() };
         let next = limits.approach(Twist::default(), Twist { speed_m_s: 1.0, yaw_rate_rad_s: -5.0 }, 0.1);
         // All of alpha_max = 2 rad/s2 takes 0.1625 * 2 = 0.325 m/s2 of the rim's 0.4: 0.075 is left.
         assert!((next.yaw_rate_rad_s + 0.2).abs() < 1e-15 && (next.speed_m_s - 0.0075).abs() < 1e-15, "{next:?}");

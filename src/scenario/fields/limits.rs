@@ -18,12 +18,12 @@ pub(super) const FIELDS: &[Field] = &[
         &mut s.control.limits.max_yaw_acceleration_rad_s2
     })
     .unit("rad/s2")
-    .default("2.0")
+    .default("2.81")
     .about("Largest yaw acceleration, alpha_max."),
     Field::number("control.limits.max_wheel_acceleration_m_s2", 0.01, 20.0, |s| {
         &mut s.control.limits.max_wheel_acceleration_m_s2
     })
     .unit("m/s2")
-    .default("1.0")
+    .default("1.49")
     .about("Largest acceleration of a wheel's rim, which bounds the other two together."),
 ];
