@@ -12,7 +12,7 @@ use crate::survey::Survey;
 /// The figures of a run, against the truth. What was not measured is `None`.
 ///
 /// Figures of tracking (`lateral_*`, `heading_*`, estimates) leave out the settling distance that the scenario names; errors against the
-/// path also what the robot does that is not to follow it: turning on the spot, and backing out.
+/// path, and the estimator's, also what the robot does that is not to follow it: turning on the spot, and backing out.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Metrics {
     /// Whether the base passed the finish line.
@@ -42,10 +42,11 @@ pub struct Metrics {
     /// RMS difference between measured and true heading.
     pub heading_estimate_rms_rad: Option<f64>,
     /// RMS difference between the estimator's and the true offset, in straight ducts: in a bend or a junction the estimator's is from the middle
-    /// of the duct that it leaves or enters, the true one from the path. `None` without an estimator.
+    /// of the duct that it leaves or enters, the true one from the path. `None` without an estimator, or a straight.
     pub filtered_lateral_rms_m: Option<f64>,
     /// Mean of minus the natural logarithm of the density that the estimator gives the true offset, heading and width, in metres and radians:
-    /// the less, the better it knows both them and its errors (I. J. Good 1952). In straight ducts; `None` without an estimator.
+    /// the less, the better it knows both them and its errors (I. J. Good 1952). In straight ducts; `None` without an estimator, or
+    /// a straight.
     pub filtered_log_loss: Option<f64>,
     /// Share of frames that gave both offset and heading.
     pub estimates_valid: Option<f64>,
@@ -487,7 +488,7 @@ mod tests {
         let metrics = Metrics::of(&scenario, &run, None);
         assert!(metrics.filtered_lateral_rms_m.is_some_and(|rms| (rms - 12.5e-6_f64.sqrt()).abs() < 1e-12), "{metrics:?}");
         // Half of (9 + 16) / 2, and ln of 1e-3 sqrt(2 pi) for each of the three.
-        let expected = 6.25 + 3.0 * (1e-3 * (2.0 * std::f64::consts::PI).sqrt()).ln();
+        let expected = 6.25 + 3.0 * libm::log(1e-3 * (2.0 * std::f64::consts::PI).sqrt());
         assert!(metrics.filtered_log_loss.is_some_and(|loss| (loss - expected).abs() < 1e-9), "{metrics:?} {expected}");
     }
 

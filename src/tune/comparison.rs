@@ -9,12 +9,12 @@ use super::objective::over;
 use crate::scenario::study_file::Over;
 use crate::stream::uniform;
 
-/// Streams of random numbers: which pairs a bootstrap draws, which signs a test flips.
+/// Streams of random numbers: which units a bootstrap draws, which signs a test flips.
 const BOOTSTRAP: u64 = 0xc3d0_0000;
 const FLIP: u64 = 0xc3e0_0000;
 /// Draws of each.
 const DRAWS: u64 = 10_000;
-/// Pairs up to which all signs are tried.
+/// Units up to which all signs are tried.
 const EXACT: usize = 13;
 
 /// What a paired comparison came to.
@@ -26,7 +26,7 @@ pub struct Comparison {
     pub units: usize,
     /// Whether these are ducts.
     pub by_duct: bool,
-    /// Mean cost of the default and of the find.
+    /// Cost of the default and of the find, in the mean over the units.
     pub default_cost: f64,
     /// See `default_cost`.
     pub best_cost: f64,
@@ -35,7 +35,7 @@ pub struct Comparison {
     /// Its 95 % interval: percentiles of a bootstrap over the units.
     pub interval: [f64; 2],
     /// How probable a gain of this size or more, to either side, is if neither is better: a permutation test that flips the signs of the units'
-    /// mean differences.
+    /// differences.
     pub p_value: f64,
     /// Units on which the find is better.
     pub better: usize,
@@ -43,7 +43,7 @@ pub struct Comparison {
 
 impl Comparison {
     /// Of the costs of default and find, duct by duct and pair by pair; `None` without any. The pairs of a duct make one as the objective puts
-    /// runs together, by their mean or their worst; all ducts count alike.
+    /// runs together, by their mean, worst or quantile, and all ducts count alike; of one duct alone it is the mean over its pairs.
     pub fn of(ducts: &[Vec<[f64; 2]>], rule: Over, seed: u64) -> Option<Self> {
         let ducts: Vec<&Vec<[f64; 2]>> = ducts.iter().filter(|pairs| !pairs.is_empty()).collect();
         let by_duct = ducts.len() > 1;
@@ -92,7 +92,7 @@ pub fn together(rule: Over, pairs: &[[f64; 2]]) -> [f64; 2] {
     [0, 1].map(|which| over(rule, &pairs.iter().map(|pair| pair[which]).collect::<Vec<_>>()))
 }
 
-/// Two-sided, of the mean against zero: over all signs where there are few pairs, over drawn ones otherwise.
+/// Two-sided, of the mean against zero: over all signs where there are few units, over drawn ones otherwise.
 fn p_value(differences: &[f64], seed: u64) -> f64 {
     let count = differences.len();
     let seen = differences.iter().sum::<f64>().abs();

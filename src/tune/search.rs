@@ -230,22 +230,22 @@ fn generation_of<E>(
 impl Search {
     /// Looks for the best among all that were tried.
     fn look(&mut self) {
-        let cost = |index: &usize| self.trials[*index].costs.objectives[0];
-        let costs = |of: &[usize]| -> Vec<Costs> { of.iter().map(|index| self.trials[*index].costs.clone()).collect() };
+        let first_cost = |index: &usize| self.trials[*index].costs.objectives[0];
+        let costs_of = |of: &[usize]| -> Vec<Costs> { of.iter().map(|index| self.trials[*index].costs.clone()).collect() };
         let has_several = self.trials[0].costs.objectives.len() > 1;
         let full: Vec<usize> = (0..self.trials.len()).filter(|index| self.trials[*index].is_full).collect();
-        let first = front::fronts(&costs(&full)).into_iter().next().unwrap_or_default();
+        let first = front::fronts(&costs_of(&full)).into_iter().next().unwrap_or_default();
         let mut front: Vec<usize> =
             first.into_iter().map(|at| full[at]).filter(|index| self.trials[*index].costs.is_feasible()).collect();
         // Of equal ones the first that was tried.
-        front.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+        front.sort_by(|a, b| first_cost(a).total_cmp(&first_cost(b)));
         if !has_several {
             front.truncate(1);
         }
         // A compromise is sought beside the default, where there is one.
         let beside: Vec<usize> = front.iter().copied().filter(|index| *index > 0).collect();
         let choice = if has_several && !beside.is_empty() { &beside } else { &front };
-        let best = front::compromise(&costs(choice)).map(|at| choice[at]);
+        let best = front::compromise(&costs_of(choice)).map(|at| choice[at]);
         (self.front, self.best) = (front, best);
     }
 }

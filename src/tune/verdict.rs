@@ -50,8 +50,8 @@ impl Held {
 /// What a find is worth on what was held out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// The best is better than the default by more than noise in one objective, or measures what the default does not; it is worse in none, and
-    /// breaks no more constraints.
+    /// The best is better than the default by more than noise in one objective and worse in none, breaks constraints in no more runs, and
+    /// measures all that the default does.
     Gain,
     /// It is better in one objective and worse in another.
     TradeOff,
@@ -89,20 +89,19 @@ impl Held {
         // Of several objectives each has its share of the level (Bonferroni); the front's ends are told of and decide nothing.
         let level = level(study);
         let any = |is: &dyn Fn(&Comparison) -> bool| best.comparisons.iter().flatten().any(is);
-        let [lost, won] = self.unpaired(study, &best.rows);
-        let is_worse = any(&|held| held.is_worse(level));
-        if !any(&|held| held.is_better(level)) && (won == 0 || lost > 0) {
+        let [lost, _] = self.unpaired(study, &best.rows);
+        if !any(&|held| held.is_better(level)) {
             Outcome::NoGain
-        } else if is_worse {
-            Outcome::TradeOff
         } else if lost > 0 || self.breaks(study, &best.rows) > self.breaks(study, &self.default) {
             Outcome::Broken
+        } else if any(&|held| held.is_worse(level)) {
+            Outcome::TradeOff
         } else {
             Outcome::Gain
         }
     }
 
-    /// How many constraints are broken, run by run and in the mean.
+    /// How often constraints are broken, each in each run and in the mean.
     fn breaks(&self, study: &StudyFile, rows: &[Row]) -> usize {
         let each: usize = self.broken(study, rows).iter().map(|(_, count, _)| count).sum();
         each + broken_in_the_mean(&study.constraints, rows, &self.default).len()

@@ -32,7 +32,7 @@ pub struct KohChoParams {
 }
 
 impl Default for KohChoParams {
-    /// The first three come of the study `koh-cho` of landings, bends, offsets and tapers (`docs/tuning.md`), to three digits.
+    /// Landing, heading and lateral error come out of the study `koh-cho` (`docs/tuning.md`), to three digits.
     fn default() -> Self {
         Self { landing: 0.0126, linear_heading_rad: 38.7_f64.to_radians(), linear_lateral_m: 6.91e-3, linear_along_m: 0.05 }
     }

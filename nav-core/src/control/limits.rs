@@ -18,7 +18,7 @@ pub struct Limits {
 }
 
 impl Default for Limits {
-    /// Those of INCRA I; of yaw and rim they come of the study `koh-cho` (`docs/tuning.md`), to three digits.
+    /// Those of INCRA I; those of yaw and rim come out of the study `koh-cho` (`docs/tuning.md`), to three digits.
     fn default() -> Self {
         Self {
             max_speed_m_s: 1.25,

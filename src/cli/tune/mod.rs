@@ -132,19 +132,17 @@ pub(super) fn read(path: &Path, overlay: &OverlayArgs) -> Result<StudyFile, Prob
     StudyFile::read(path, &overlay.overlays()).map_err(|wrong| Problem::in_files(vec![overlay.as_typed(wrong)]))
 }
 
-/// What makes a find worth nothing is warned of, or refused.
+/// What is hardly meant is warned of, or refused.
 fn concerning(study: &StudyFile, args: &TuneArgs, path: &Path) -> Result<(), Problem> {
     let concerns = study.concerns();
-    match concerns.first().filter(|_| args.strict) {
-        Some(Concern { help, .. }) => {
-            let message: Vec<&str> = concerns.iter().map(|concern| concern.message.as_str()).collect();
-            Err(Problem::new(Problem::WRONG_INPUT, message.join("; ")).about(path.display().to_string()).help(help.clone()))
-        }
-        None => {
-            concerns.into_iter().for_each(|concern| Warning::from(concern).tell(&path.display()));
-            Ok(())
-        }
+    if args.strict && !concerns.is_empty() {
+        let joined = |of: &dyn Fn(&Concern) -> String| concerns.iter().map(of).collect::<Vec<_>>().join("; ");
+        return Err(Problem::new(Problem::WRONG_INPUT, joined(&|concern| concern.message.clone()))
+            .about(path.display().to_string())
+            .help(joined(&|concern| concern.help.clone())));
     }
+    concerns.into_iter().for_each(|concern| Warning::from(concern).tell(&path.display()));
+    Ok(())
 }
 
 impl Means<'_> {

@@ -1,4 +1,4 @@
-//! What is not wrong with a study, but makes what it finds worth nothing.
+//! What is not wrong with a study, and is hardly meant so.
 
 use super::{Optimiser, StudyFile};
 use crate::scenario::sweep_file::{Base, SweepFile};
@@ -22,7 +22,7 @@ impl StudyFile {
         all
     }
 
-    /// A step to stop at, of who has none.
+    /// A step to stop at, for an optimiser that has no step size. Who drives a study from outside is not known before it is run.
     fn idle_step(&self) -> Option<Concern> {
         let name = self.driver.as_deref().unwrap_or(self.optimiser.word());
         let has_steps = self.driver.is_none() && self.optimiser == Optimiser::CmaEs;
@@ -50,8 +50,8 @@ impl StudyFile {
         let both = |base: &usize| scenario(&self.train, *base).is_some_and(|own| held.contains(&Some(own)));
         let told = |base: &Base| {
             let (name, first, last) = (&base.name, common.start, common.end - 1);
-            let message =
-                format!("`{name}` is trained on and held out with seeds {first} to {last}: what is found there proves nothing");
+            let seeds = if first == last { format!("seed {first}") } else { format!("seeds {first} to {last}") };
+            let message = format!("`{name}` is trained on and held out with {seeds}: what is found there proves nothing");
             Concern { message, help: "give `[held_out]` a `seed` beyond those of `[train]`, or scenarios of its own".to_owned() }
         };
         (0..self.train.bases.len()).filter(both).map(|base| told(&self.train.bases[base])).collect()

@@ -135,8 +135,10 @@ fn concerns(text: &str) -> Vec<String> {
 #[test]
 fn what_is_trained_on_and_held_out_with_one_seed_is_told() {
     assert_eq!(concerns(FILE), Vec::<String>::new());
+    let told = concerns(&FILE.replace("seed = 100", "seed = 0\nreplicates = 9"));
+    assert_eq!(told, ["`b` is trained on and held out with seeds 1 to 2: what is found there proves nothing"]);
     let told = concerns(&FILE.replace("seed = 100", "seed = 2"));
-    assert_eq!(told, ["`b` is trained on and held out with seeds 2 to 2: what is found there proves nothing"]);
+    assert_eq!(told, ["`b` is trained on and held out with seed 2: what is found there proves nothing"]);
 }
 
 #[test]
@@ -163,6 +165,8 @@ fn parameters_of_what_is_not_used_are_told() {
 fn a_step_that_ends_nothing_is_told() {
     let told = concerns(&FILE.replace("\"cma-es\"", "\"sobol\""));
     assert_eq!(told, ["`[stop]` `step` ends nothing: sobol has no steps that become smaller"]);
+    let driven = StudyFile { driver: Some("optuna".to_owned()), ..read(FILE).unwrap_or_else(|wrong| panic!("{wrong}")) };
+    assert!(driven.concerns().iter().any(|concern| concern.message.contains("optuna has no steps")), "{:?}", driven.concerns());
 }
 
 proptest! {

@@ -287,4 +287,8 @@ fn what_is_worse_in_one_objective_is_a_trade_off() {
         let (worth, words) = worth(&study, &[("lateral_rms_m", tracking), ("control_effort", effort)], &[]);
         assert_eq!(worth, is, "{tracking} {effort}: {words}");
     }
+    // Nor for a wall that is touched.
+    let times = [("lateral_rms_m", 0.5), ("control_effort", 2.0)];
+    let (worth, words) = worth(&study, &times, &[("collisions", Some(1.0))]);
+    assert_eq!(worth, Worth::Broken, "{words}");
 }
